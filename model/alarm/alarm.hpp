@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One alarm and its life with the operator: the states of ISA-18.2.
+// The states of one alarm and its handling by the operator, after ISA-18.2.
 //
 //   state                    condition  seen by the operator
 //   normal                   off        -
@@ -8,25 +8,26 @@
 //   returned_unacknowledged  off        no
 //   latched_unacknowledged   off        no         latching alarms stay until they are reset
 //   latched_acknowledged     off        yes
-//   shelved                  any        put aside by the operator for a limited time
-//   suppressed               any        not raised, by design; the reason says why
+//   shelved                  any        set aside by the operator for a limited time
+//   suppressed               any        not raised, by design
 //
-// The condition comes from the verdict rule, once for each window that could be judged; of a process alarm from
-// process_watch.hpp. Where the rule differs from a plain reading of the standard, it is so that an operator can live with it:
+// The verdict rule reports the condition of a valve alarm once per window that could be judged.
+// process_watch.hpp reports the condition of a process alarm. The rules differ from the standard
+// in three points, for the sake of the operator:
 //
-//  - A window that can't be judged is no evidence of repair: an alarm that was raised stays raised; only
-//    an alarm that is off shows `suppressed` then, because it could not come.
-//  - An alarm that is the consequence of another one is suppressed whatever its condition, and comes back as it was,
-//    acknowledged if it had been acknowledged.
-//  - What comes off the shelf with its condition on is unacknowledged, as a reminder; with its condition
-//    off it is normal: the operator who put it aside does not want to hear that it came and went.
+//  - A window that can't be judged doesn't prove a repair. An active alarm stays active. An
+//    inactive alarm is `suppressed`, because it could not be raised.
+//  - An alarm that is the consequence of another alarm is suppressed, whatever its condition. Later
+//    it has its earlier state again, acknowledged if it had been acknowledged.
+//  - An alarm that leaves the shelf is unacknowledged if its condition is on, as a reminder. If its
+//    condition is off, it is normal: the operator who shelved it doesn't need its history.
 //
-// Time is the caller's, ms on a clock that means the same after a restart (UTC). A clock that was set
-// back can't keep an alarm on the shelf for longer than the limit.
+// The caller passes the time in ms of a clock that continues after a restart (UTC). A clock that
+// was set back can't keep an alarm on the shelf for longer than the limit.
 //
-// Errors: an action that does not fit the state is refused (false) and changes nothing.
-// What it can't do: out-of-service (the standard's ninth state); on and off delays, which the verdict
-// rule's windows stand for, and process_watch.hpp has.
+// Errors: an action that doesn't fit the state is refused (false) and leaves the state as it is.
+// Limits: no out-of-service state (the standard's ninth), no on and off delays. The windows of
+// the verdict rule replace the delays, and process_watch.hpp has its own.
 //
 // Source: ANSI/ISA-18.2-2016 (IEC 62682), alarm state transition diagram.
 #pragma once
@@ -37,7 +38,7 @@
 
 namespace loopwarden::alarm {
 
-// The numbers are those of the register map and never change.
+// The register map uses these numbers. They never change.
 enum class AlarmState : std::uint8_t {
   normal = 0,
   unacknowledged = 1,
@@ -58,20 +59,20 @@ constexpr const char* to_text(AlarmState state) noexcept {
 
 struct AlarmSettings {
   bool latching = false;
-  std::int64_t shelve_limit_ms = 8LL * 3600 * 1000;  // the longest that one shelving may last
+  std::int64_t shelve_limit_ms = 8LL * 3600 * 1000;  // longest time on the shelf
 
   friend bool operator==(const AlarmSettings&, const AlarmSettings&) = default;
 };
 
-// All of an alarm that must survive a restart.
+// The part of an alarm that must survive a restart.
 struct AlarmMemory {
   AlarmState raised =
-      AlarmState::normal;             // one of the first six: what is under shelf and suppression
+      AlarmState::normal;             // one of the first six: the state under shelf and suppression
   std::int64_t shelved_until_ms = 0;  // 0: not shelved
-  std::int64_t raised_ms = 0;         // when the condition last came; 0: never
+  std::int64_t raised_ms = 0;         // when the condition was last raised; 0: never
   std::int64_t changed_ms = 0;        // when `raised` or the shelf last changed
   std::uint32_t times_raised = 0;
-  double severity_percent = 0.0;        // % of the CO span, as the condition last had it
+  double severity_percent = 0.0;        // % of the CO span, newest of the condition
   double worst_severity_percent = 0.0;  // since it was raised
 
   friend bool operator==(const AlarmMemory&, const AlarmMemory&) = default;
@@ -87,38 +88,38 @@ class Alarm {
  public:
   Alarm() = default;
   explicit Alarm(const AlarmSettings& settings) noexcept : settings_(settings) {}
-  // Goes on from what was remembered; impossible values become a normal alarm.
+  // Continues from `memory`. A memory with impossible values gives a normal alarm.
   Alarm(const AlarmSettings& settings, const AlarmMemory& memory) noexcept;
 
-  // --- what the monitor finds ---
+  // --- findings of the monitor ---
   void condition_on(std::int64_t now_ms, double severity_percent) noexcept;
   void condition_off(std::int64_t now_ms) noexcept;
   void window_not_valid() noexcept { window_valid_ = false; }
-  // It needs no window.
+  // For an alarm that needs no window.
   void always_valid() noexcept { window_valid_ = true; }
   void set_consequence(bool of_another) noexcept { consequence_ = of_another; }
-  // It was another alarm's: normal, whatever the operator has done with it.
+  // Returns the alarm to normal, whatever its state: the condition belongs to another alarm.
   void take_back(std::int64_t now_ms) noexcept {
     memory_.shelved_until_ms = 0;
     change(AlarmState::normal, now_ms);
   }
 
-  // --- what the operator does ---
+  // --- actions of the operator ---
   bool acknowledge(std::int64_t now_ms) noexcept;
   bool reset(std::int64_t now_ms) noexcept;  // of a latched alarm
-  // Refused where `until_ms` is not after now, or further than the limit.
+  // Refused if `until_ms` is not after `now_ms`, or is later than the limit allows.
   bool shelve(std::int64_t now_ms, std::int64_t until_ms) noexcept;
   bool unshelve(std::int64_t now_ms) noexcept;
-  // One of these; `until_ms` is for shelve alone.
+  // Carries out `action`. Only shelve uses `until_ms`.
   bool act(AlarmAction action, std::int64_t now_ms, std::int64_t until_ms) noexcept;
 
-  // Lets time pass: a shelving ends. True if it did.
+  // Ends a shelving whose time is over. Returns true if it did.
   bool pass_time(std::int64_t now_ms) noexcept;
 
   AlarmState state() const noexcept;
-  bool active() const noexcept;  // the condition is on, whatever the operator has done with it
+  bool active() const noexcept;  // the condition is on, in any state
   bool unacknowledged()
-      const noexcept;  // waits for the operator, and is neither shelved nor a consequence
+      const noexcept;  // waits for the operator; neither shelved nor a consequence
   bool shelved() const noexcept { return memory_.shelved_until_ms != 0; }
   bool window_valid() const noexcept { return window_valid_; }
   bool is_consequence() const noexcept { return consequence_; }
@@ -131,7 +132,7 @@ class Alarm {
 
   AlarmSettings settings_;
   AlarmMemory memory_;
-  // Nothing has been judged yet: no alarm can come before the first window.
+  // False until the first window is judged: no alarm can be raised before.
   bool window_valid_ = false;
   bool consequence_ = false;
 };

@@ -10,7 +10,7 @@ namespace {
 
 using Times = std::map<std::pair<std::string, std::string>, std::vector<std::int64_t>>;
 
-// The most that came within a minute; `times` rise.
+// Returns the largest number of alarms within a minute. `times` is in ascending order.
 std::size_t densest(const std::vector<std::int64_t>& times) {
   std::size_t most = 0;
   std::size_t first = 0;
@@ -40,7 +40,7 @@ void count_stretches(const Times& all, std::int64_t from_ms, std::int64_t to_ms,
     figures.most_in_stretch = std::max(figures.most_in_stretch, count);
     if (!flood && count > kFloodBegins) ++figures.floods;
     flood = count > kFloodBegins || (flood && count >= kFloodEnds);
-    // The first and the last stretch may lie in the time asked for in part.
+    // The first and the last interval may be only partly within the requested time.
     if (flood) {
       in_flood += std::min((at + 1) * kStretch_ms, to_ms) - std::max(at * kStretch_ms, from_ms);
     }

@@ -1,20 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
-// How an alarm system does, in the figures of ISA-18.2.
+// The performance of an alarm system in the figures of ISA-18.2.
 //
-//   rate        alarms that came, an hour; the most in one stretch of 10 min
-//   flood       from a stretch of 10 min with more than kFloodBegins alarms to one with fewer than kFloodEnds
-//   chattering  an alarm that came kChatters times or more within a minute
-//   top         the alarms that came most often, with their share of all
+//   rate        alarms raised per hour; the most within one interval of 10 min
+//   flood       from an interval of 10 min with more than kFloodBegins alarms to one with fewer
+//               than kFloodEnds
+//   chattering  an alarm that is raised kChatters times or more within a minute
+//   top         the most frequent alarms, with their share of all
 //
-// Times are ms since 1970 (UTC); stretches begin at whole ones of the clock. What came before `from_ms` or after `to_ms`
-// is not looked at.
+// Times are in ms since 1970 (UTC). Intervals begin at multiples of 10 min of the clock. Alarms
+// before `from_ms` or after `to_ms` are ignored.
 //
-// Errors: none.
-// What it can't do: say which operator's console had an alarm: the targets are a console's, and a box has one.
+// No errors.
+// Limits: it can't report which operator's console had an alarm. The targets apply to a console,
+// and a box has one.
 //
-// Source: ANSI/ISA-18.2-2016 (IEC 62682), monitoring and assessment: about 6 alarms an hour and 1 in 10 min can be
-// managed, 10 in 10 min are a flood, which should take less than 1 % of the time; the ten most frequent alarms should be
-// less than 5 % of all; no alarm should chatter, and fewer than five be stale (on for more than a day).
+// Source: ANSI/ISA-18.2-2016 (IEC 62682), monitoring and assessment. About 6 alarms per hour and
+// 1 in 10 min are manageable. 10 in 10 min are a flood; floods should take less than 1 % of the
+// time. The ten most frequent alarms should be less than 5 % of all. No alarm should chatter, and
+// fewer than five should be stale (on for more than a day).
 #pragma once
 
 #include <cstddef>
@@ -35,7 +38,7 @@ inline constexpr std::size_t kTop = 10;
 
 struct AlarmCame {
   std::int64_t utc_ms = 0;
-  std::string source{};  // the loop's tag, or what else has it
+  std::string source{};  // the loop's tag, or another owner of the alarm
   std::string alarm{};
 };
 
@@ -43,7 +46,7 @@ struct CountedAlarm {
   std::string source{};
   std::string alarm{};
   std::size_t count = 0;
-  double percent = 0.0;  // of all that came
+  double percent = 0.0;  // share of all raised alarms
 
   friend bool operator==(const CountedAlarm&, const CountedAlarm&) = default;
 };
@@ -58,7 +61,7 @@ struct AlarmFigures {
   std::vector<CountedAlarm> chattering;  // count: the most within a minute
 };
 
-// In any order.
+// Returns the figures of `came`, which may be in any order.
 AlarmFigures figures_of(std::span<const AlarmCame> came, std::int64_t from_ms, std::int64_t to_ms);
 
 }  // namespace loopwarden::alarm

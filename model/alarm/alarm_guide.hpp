@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// What an operator is told with an alarm, as ISA-18.2's rationalisation asks: an alarm without an action is none.
+// The texts that an operator sees with an alarm. ISA-18.2's rationalisation requires them: an event
+// without an action is no alarm.
 //
-// Source: ANSI/ISA-18.2-2016 (IEC 62682), rationalisation: cause, consequence of inaction, corrective action, time to respond.
+// Source: ANSI/ISA-18.2-2016 (IEC 62682), rationalisation: cause, consequence of inaction,
+// corrective action, time to respond.
 #pragma once
 
 #include "model/alarm/alarm_kind.hpp"
@@ -10,12 +12,12 @@ namespace loopwarden::alarm {
 
 struct AlarmGuide {
   const char* cause;
-  const char* consequence;  // of doing nothing
+  const char* consequence;  // of not acting
   const char* action;
   const char* time_to_act;
 };
 
-// A loop's file may say other texts.
+// Returns the texts of `kind`. A loop's file may replace them.
 AlarmGuide guide_of(AlarmKind kind) noexcept;
 
 }  // namespace loopwarden::alarm

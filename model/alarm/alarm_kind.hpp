@@ -1,14 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-// The alarms that a loop has.
+// The kinds of alarm of a loop.
 //
-//   valve alarms     one for each valve fault that can be named, one for a valve that is not as it should be in a way that
-//                    no specialist knows, and one for a loop that no longer behaves as its twin
-//   process alarms   the loop does not do its work: PV, output or mode are not as they should be, or PV is where it
-//                    should not be (process_watch.hpp)
+//   valve alarms     one per valve fault with a name, `unknown` for a valve that is faulty in a way
+//                    that no specialist recognises, and `model_gap` for a loop that no longer
+//                    behaves as its twin
+//   process alarms   the loop doesn't do its work: PV, output or mode are wrong, or PV is outside
+//                    its range (process_watch.hpp)
 //
-// A loop has those that are fitted to it: what nothing can tell of, or nobody has given a limit, is no alarm of it.
+// A loop has the alarms that are fitted to it: those with a source of evidence and, if they need
+// one, a limit.
 //
-// Source: priorities and suppression by design as in ANSI/ISA-18.2-2016 (IEC 62682), rationalisation and advanced alarming.
+// Source: priorities and suppression by design as in ANSI/ISA-18.2-2016 (IEC 62682),
+// rationalisation and advanced alarming.
 #pragma once
 
 #include <array>
@@ -19,7 +22,8 @@
 
 namespace loopwarden::alarm {
 
-// The order is that of the register map (a process alarm's bit is its place among them) and never changes.
+// The order is that of the register map (the bit of a process alarm is its index among them). It
+// never changes.
 enum class AlarmKind : std::uint8_t {
   stiction,
   backlash,
@@ -52,15 +56,15 @@ constexpr auto kinds_between() noexcept {
   return kinds;
 }
 inline constexpr auto kAlarmKinds = kinds_between<AlarmKind::stiction, AlarmKind::rate_of_change>();
-// The first of kAlarmKinds, so that an array of them is indexed by index_of.
+// The first members of kAlarmKinds, so index_of is also the index into an array of them.
 inline constexpr auto kValveAlarms = kinds_between<AlarmKind::stiction, AlarmKind::model_gap>();
-// The rest of them.
+// The other members.
 inline constexpr auto kProcessAlarms =
     kinds_between<AlarmKind::bad_pv, AlarmKind::rate_of_change>();
-// Of them, those that a limit makes.
+// The process alarms that have a limit.
 inline constexpr auto kLimitAlarms =
     kinds_between<AlarmKind::deviation, AlarmKind::rate_of_change>();
-// What a window can show.
+// The alarms that a window can show.
 inline constexpr auto kWindowAlarms = kinds_between<AlarmKind::stiction, AlarmKind::unknown>();
 inline constexpr std::size_t kAlarmKindCount = kAlarmKinds.size();
 inline constexpr std::size_t kValveAlarmCount = kValveAlarms.size();
@@ -79,23 +83,25 @@ constexpr const char* to_text(AlarmKind kind) noexcept {
        "deviation", "pv_high_high", "pv_high", "pv_low", "pv_low_low", "rate_of_change"});
 }
 
-// Of the process alarms' bit masks.
+// Returns the bit of `kind` in masks of process alarms.
 constexpr unsigned process_bit(AlarmKind kind) noexcept {
   return 1U << (index_of(kind) - kValveAlarmCount);
 }
 
-// What no specialist explains has no size either: it is shown as not known, never as 0. Nor has a process alarm one.
+// Returns whether the alarm has a size. Faults without a specialist and process alarms have none:
+// it is shown as unknown, never as 0.
 constexpr bool has_size(AlarmKind kind) noexcept {
   return kind != AlarmKind::unknown && kind != AlarmKind::model_gap && !is_process_alarm(kind);
 }
 
-// How soon somebody has to act: critical within minutes, high within the hour, medium within the shift, low when it suits.
+// Time to act: critical within minutes, high within the hour, medium within the shift, low when it
+// suits.
 enum class Priority : std::uint8_t { low, medium, high, critical };
 constexpr const char* to_text(Priority priority) noexcept {
   return numeric::enum_name<Priority::critical>(priority, {"low", "medium", "high", "critical"});
 }
 
-// Where a loop's file says nothing else.
+// Returns the default priority, for loops whose file sets none.
 constexpr Priority usual_priority(AlarmKind kind) noexcept {
   switch (kind) {
     case AlarmKind::output_lost:
@@ -115,7 +121,7 @@ constexpr Priority usual_priority(AlarmKind kind) noexcept {
   }
 }
 
-// Of what PV is: known as soon as PV is.
+// Returns whether the condition depends on PV only. It is valid as soon as PV is valid.
 constexpr bool is_of_pv(AlarmKind kind) noexcept {
   switch (kind) {
     case AlarmKind::deviation:
@@ -128,7 +134,7 @@ constexpr bool is_of_pv(AlarmKind kind) noexcept {
   }
 }
 
-// Suppression by design: while `cause` is on, `effect` follows from it and is not raised by itself.
+// Returns whether `cause` suppresses `effect` while it is on (suppression by design).
 constexpr bool follows(AlarmKind effect, AlarmKind cause) noexcept {
   const auto is = [effect](auto... kinds) { return ((effect == kinds) || ...); };
   using K = AlarmKind;
@@ -146,7 +152,8 @@ constexpr bool follows(AlarmKind effect, AlarmKind cause) noexcept {
   }
 }
 
-// By such a cause PV is not known. What is of PV follows from it only until PV is there again, whatever keeps the alarm on.
+// Returns whether PV is not valid during `cause`. Alarms of PV follow from such a cause only until
+// PV is valid again, even if the cause stays on.
 constexpr bool loses_pv(AlarmKind cause) noexcept {
   return cause == AlarmKind::bad_pv || cause == AlarmKind::source_lost;
 }

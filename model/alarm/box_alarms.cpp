@@ -7,35 +7,35 @@ AlarmGuide guide_of(BoxAlarm kind) noexcept {
   switch (kind) {
     case BoxAlarm::disk_full:
       return {
-          "records, evidence or something else has filled the disk of the state directory, or it "
-          "is broken",
-          "nothing more is recorded, and a restart may not remember alarms",
-          "make room on the disk, or replace one that does not answer; look at `journal.error` in "
-          "the status",
+          "Records, evidence or other files have filled the disk of the state directory, or the "
+          "disk is faulty",
+          "Recording has stopped, and a restart may lose alarms",
+          "Free space on the disk, or replace a disk that does not answer. Look at `journal.error` "
+          "in the status",
           "an hour"};
     case BoxAlarm::clock_stepped:
-      return {"somebody or a time service has set the clock by more than a second",
-              "times in records and journal jump; the loops run on, they have a clock of their own",
-              "check the box's time service; mind the jump when records are read", "the shift"};
+      return {"A person or a time service has set the clock by more than a second",
+              "Times in records and journal jump. The loops continue, because they use a separate "
+              "clock",
+              "Check the box's time service. Allow for the jump when you read records",
+              "the shift"};
     case BoxAlarm::feeder_lost:
-      return {"the program that brings values of watched loops has stopped or can't connect",
-              "nothing is known of these loops", "look at the feeder's service and log; start it",
-              "an hour"};
+      return {"The program that brings values of watched loops has stopped or can't connect",
+              "The state of these loops is unknown",
+              "Look at the feeder's service and log. Start it", "an hour"};
     case BoxAlarm::service_failed:
-      return {
-          "a service beside the daemon (page, edge, notify, feed) has died and does not start "
-          "again",
-          "what it does is not done: nobody may be told, or see, what happens",
-          "`systemctl status` of the service that is named; start it", "an hour"};
+      return {"A service of the box (page, edge, notify, feed) has died and does not start again",
+              "Its work is not done: alarms may reach no operator",
+              "Run `systemctl status` for the named service. Start it", "an hour"};
     case BoxAlarm::certificate_expires:
-      return {"a certificate ends within 14 days",
-              "browsers and servers refuse the box from then on",
-              "renew the certificate that is named", "a week"};
+      return {"A certificate ends within 14 days",
+              "Browsers and servers refuse the box from then on", "Renew the named certificate",
+              "a week"};
     case BoxAlarm::records_dropped: break;
   }
-  return {"the disk is too slow for what is recorded, or the box too busy",
-          "cycles are missing in records or windows; windows begin anew",
-          "see what else uses the disk; record fewer loops", "a day"};
+  return {"The disk is too slow for the records, or the box is too busy",
+          "Cycles are missing in records or windows. Windows start again",
+          "Check what else uses the disk. Record fewer loops", "a day"};
 }
 
 BoxAlarms::BoxAlarms(const AlarmSettings& settings) noexcept {

@@ -1,18 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
-// The alarms of the box itself: the group `box`, with the states and the life of every other alarm (alarm.hpp).
+// The alarms of the box itself: the group `box`. Their states are those of all alarms (alarm.hpp).
 //
-//   disk_full            the state directory has little room, the journal can't write, or the disk hangs
+//   disk_full            the state directory has little room, the journal can't write, or the disk
+//                        hangs
 //   clock_stepped        the clock was set by more than a second: times in records and journal jump
 //   feeder_lost          a feeder of watched loops is not connected
 //   service_failed       a service of the box has died
 //   certificate_expires  a certificate ends within 14 days
-//   records_dropped      recorder or monitor was too slow, and cycles are missing in records or windows
+//   records_dropped      recorder or monitor was too slow, and cycles are missing in records or
+//                        windows
 //
-// A condition comes once it has been found for its on-delay without a break and goes once it has been gone for
-// kBoxOffDelay_ms. What can't be found out changes nothing and starts the delay anew.
+// A condition is raised after it was found without a break for its on-delay. It clears after it was
+// absent for kBoxOffDelay_ms. A finding without a value leaves the condition as it is and restarts
+// the delay.
 //
-// Errors: an action that does not fit the state changes nothing and is refused.
-// What it can't do: tell of a box that is off, or of the daemon's own death.
+// Errors: an action that doesn't fit the state is refused and leaves the state as it is.
+// Limits: it can't report a box that is off, or the end of the daemon itself.
 //
 // Source: ANSI/ISA-18.2-2016 (IEC 62682): alarms of the system's own diagnosis.
 #pragma once
@@ -29,7 +32,7 @@
 
 namespace loopwarden::alarm {
 
-// What stands for the box where alarms have a loop; no loop may have that tag.
+// The tag of the box in places where alarms have a loop. No loop may have this tag.
 inline constexpr const char* kBox = "box";
 
 // The order is that of the register's bits and never changes.
@@ -58,12 +61,12 @@ constexpr Priority usual_priority(BoxAlarm kind) noexcept {
 AlarmGuide guide_of(BoxAlarm kind) noexcept;
 
 inline constexpr std::int64_t kBoxOffDelay_ms = 60'000;
-// What restarts by itself is given the time for it.
+// Returns the on-delay. A service that restarts by itself has time to do so.
 constexpr std::int64_t on_delay_ms(BoxAlarm kind) noexcept {
   return kind == BoxAlarm::feeder_lost || kind == BoxAlarm::service_failed ? 30'000 : 0;
 }
 
-// What one look at the box found; nothing: it can't be told.
+// The findings of one look at the box; an empty value if the state is not known.
 using BoxFindings = std::array<std::optional<bool>, kBoxAlarmCount>;
 
 class BoxAlarms {
@@ -71,12 +74,13 @@ class BoxAlarms {
   explicit BoxAlarms(const AlarmSettings& settings) noexcept;
   void restore(BoxAlarm kind, const AlarmMemory& memory) noexcept;
 
-  // `monotonic_ms` is for the delays, `utc_ms` for the alarms. True where one changed.
+  // Passes the findings on to the alarms. `monotonic_ms` is for the delays, `utc_ms` for the
+  // alarms. Returns true if an alarm changed.
   bool found(const BoxFindings& findings, std::int64_t monotonic_ms, std::int64_t utc_ms) noexcept;
   bool act(BoxAlarm kind, AlarmAction action, std::int64_t utc_ms, std::int64_t until_ms) noexcept;
 
   const Alarm& alarm(BoxAlarm kind) const noexcept { return alarms_[index_of(kind)]; }
-  // Bits of those whose condition is on.
+  // Returns the bits of the alarms whose condition is on.
   unsigned active() const noexcept;
 
  private:

@@ -49,16 +49,17 @@ CorrectiveStep CorrectiveAction::go(CorrectiveState to, const char* why) noexcep
 
 CorrectiveStep CorrectiveAction::begin() noexcept {
   settling_ = 0;
-  if (settings_.on_order && !ordered_) return go(State::offered, "the valve sticks, and is known");
-  return go(State::in_shadow, may_act_ ? "the valve sticks, and is known"
-                                       : "the valve sticks; s is known too roughly to act");
+  if (settings_.on_order && !ordered_)
+    return go(State::offered, "the valve sticks, with known s and j");
+  return go(State::in_shadow, may_act_ ? "the valve sticks, with known s and j"
+                                       : "the valve sticks; s is too uncertain to act");
 }
 
 CorrectiveStep CorrectiveAction::explained(bool may_act) noexcept {
   if (!planned() || state_ == State::off || state_ == State::given_up) return {};
   may_act_ = may_act;
   disengaged_ = 0;
-  if (acting()) return {};  // they know the valve better by now
+  if (acting()) return {};  // by now they have better values of the valve
   due_ = true;
   if (state_ != State::in_shadow) return {};
   CorrectiveStep step = begin();
@@ -70,7 +71,7 @@ CorrectiveStep CorrectiveAction::explained_otherwise() noexcept {
   if (!planned() || acting()) return {};
   due_ = ordered_ = false;
   if (state_ != State::offered && state_ != State::in_shadow) return {};
-  return go(State::waiting, "the newest explanation is no stiction that is known");
+  return go(State::waiting, "the newest explanation is no stiction with valid s and j");
 }
 
 CorrectiveStep CorrectiveAction::ordered() noexcept {
@@ -92,7 +93,7 @@ CorrectiveStep CorrectiveAction::moves(const control::MovesState& state, double 
   }
   if (state.for_good || ++disengaged_ >= kMostDisengaged)
     return go(State::given_up, to_text(state.reason));
-  due_ = true;  // the alarm stands: once more, by a time in shadow
+  due_ = true;  // the alarm is still on: try again, after a time in shadow
   return go(State::waiting, to_text(state.reason));
 }
 
@@ -101,8 +102,8 @@ CorrectiveStep CorrectiveAction::shadowed(const control::MovesState& state) noex
   if (!(state.gain > 0.0) || steady_ < kLeastBaseline || !may_act_) return {};
   before_ = newest_mean(std::min(steady_, kBaseline));
   CorrectiveStep step = state.gain <= 1.0 - kLeastGain
-                            ? go(State::trying, "it gains in shadow")
-                            : go(State::given_up, "it gains nothing in shadow");
+                            ? go(State::trying, "planned moves reduce the error in shadow")
+                            : go(State::given_up, "planned moves don't reduce the error in shadow");
   settling_ = kSettling;
   step.rms_before = before_.rms;
   step.mean_before = before_.mean;
@@ -170,38 +171,38 @@ CorrectiveStep CorrectiveAction::interrupted(bool controlling) noexcept {
   steady_ = 0;
   settling_ = 0;
   if (!acting() && state_ != State::in_shadow) return {};
-  if (controlling) {  // saturated, a gap: it stays, its trial begins anew
+  if (controlling) {  // saturated, or a gap: stay, and restart the trial
     settling_ = acting() ? kSettling : 0;
     return {};
   }
-  due_ = true;  // the alarm stands: once more, from a baseline of its own
+  due_ = true;  // the alarm is still on: try again, with a new baseline
   return go(State::waiting, "the loop is not in automatic on a good PV");
 }
 
 CorrectiveStep CorrectiveAction::refused() noexcept {
   if (!acting() && state_ != State::in_shadow) return {};
   settling_ = 0;
-  CorrectiveStep step = go(State::given_up, "the loop refused the order");
-  // The jacket stays as it was; planned moves in shadow would stay there for good.
+  CorrectiveStep step = go(State::given_up, "the loop refused the command");
+  // The jacket was not changed. Planned moves in shadow would stay there for good.
   if (!planned()) step.order = Order::none;
   return step;
 }
 
 CorrectiveStep CorrectiveAction::reloaded() noexcept {
   if (!acting() && state_ != State::in_shadow) return {};
-  due_ = true;  // the alarm stands: once more, from a baseline of its own
+  due_ = true;  // the alarm is still on: try again, with a new baseline
   settling_ = 0;
-  return go(State::waiting, "a reload has set the loop anew");
+  return go(State::waiting, "a reload has reset the loop");
 }
 
 CorrectiveStep CorrectiveAction::veto(Veto veto) noexcept {
   if (state_ == State::off || veto == veto_) return {};
   const Veto before = std::exchange(veto_, veto);
-  // By hand the jacket may have been set to act.
+  // The operator may have set the jacket to act.
   const bool left_as_it_is = !planned() && before == Veto::hands_off;
   CorrectiveStep step;
   if (veto == Veto::none) {
-    if (!planned()) due_ = true;  // if the valve still sticks, it is time
+    if (!planned()) due_ = true;  // a valve that still sticks is due
     step = go(State::waiting, before == Veto::commissioning ? "the commissioning has ended"
                                                             : "the operator's veto is lifted");
   } else {

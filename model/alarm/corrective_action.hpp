@@ -1,51 +1,53 @@
 // SPDX-License-Identifier: Apache-2.0
-// Corrective action: the jacket or planned moves, switched on when a valve is known to stick, watched, and switched back
-// when it does not help. Stepped with the loop's windows; says what to order, and why.
+// Corrective action against stiction. It engages the jacket or planned moves when a valve is known
+// to stick, watches the result, and disengages them if the error doesn't fall. Stepped with the
+// loop's windows. Each step has the command for the loop, and the reason.
 //
 //   RMS^2 = variability^2 + mean_error^2    of SP - PV in a window, % of the PV span
-//   R, M    mean of RMS and of |mean_error| over kBaseline steady windows after the alarm came: a limit cycle
-//           may last longer than a window. Planned moves: over what of them there are in shadow
-//   r, m    the same over kTrial steady windows while it acts, the first kSettling left out
-//   g       planned moves: RMS that they would have left in shadow over that without (MovesState::gain)
+//   R, M    mean of RMS and of |mean_error| over kBaseline steady windows after the alarm was
+//           raised, as a limit cycle may last longer than a window. Planned moves: over their
+//           steady windows in shadow
+//   r, m    the same over kTrial steady windows in action, without the first kSettling
+//   g       planned moves: RMS predicted with them in shadow, over RMS without (MovesState::gain)
 //
-//   waiting    jacket: stiction was raised since this started, and there is a baseline -> on, trying
-//              planned moves: it has been explained since                           -> shadow, in_shadow
-//                             the same, and a person is to order them               -> offered
-//   offered    the person's order                                                   -> shadow, in_shadow
-//   in_shadow  after kShadow_s, with a baseline: g <= 1 - kLeastGain                -> on, trying
-//                                                otherwise, or given back           -> back, given_up
-//   trying     r <= (1 - kLeastGain) R; of the jacket m <= max(M, allowed_mean_error) -> helping
-//              otherwise                                                            -> back, given_up
-//   helping    over each kTrial steady windows the same; else                       -> back, given_up
-//   offered, in_shadow   the newest explanation is another one                       -> back, waiting
-//   in_shadow            explained anew, with other s and j                         -> shadow, in_shadow
-//   trying, helping   planned moves: the stem follows their probe                   -> back, waiting
-//                     they disengage for good, or for the third time                -> back,
-//                     given_up
-//                     they disengage                                                -> back,
-//                     waiting
-//   any        stiction no longer raised                                            -> back, waiting
-//              the loop refused the order                                           -> given_up
-//              the loop leaves automatic, or its PV is not good                     -> back, waiting
-//              a reload                                                             -> back, waiting
-//              the operator's veto, a commissioning                                 -> back, vetoed
-//   vetoed     the veto is lifted, the commissioning ends                           -> waiting; a
-//   jacket that was set by
-//                                                                                      hand goes
-//                                                                                      back to
-//                                                                                      shadow
+//   waiting    jacket: stiction was raised since this started, and there is
+//              a baseline                                              -> on, trying
+//              planned moves: it has been explained since              -> shadow, in_shadow
+//              the same, and the operator must command them            -> offered
+//   offered    the operator's command                                  -> shadow, in_shadow
+//   in_shadow  after kShadow_s, with a baseline: g <= 1 - kLeastGain   -> on, trying
+//              otherwise, or disengaged                                -> back, given_up
+//   trying     r <= (1 - kLeastGain) R; of the jacket also
+//              m <= max(M, allowed_mean_error)                         -> helping
+//              otherwise                                               -> back, given_up
+//   helping    the same over each kTrial steady windows; otherwise     -> back, given_up
+//   offered, in_shadow   the newest explanation is another one         -> back, waiting
+//   in_shadow            a new explanation has other s and j           -> shadow, in_shadow
+//   trying, helping      planned moves: the stem follows their probe   -> back, waiting
+//                        they disengage for good, or for the third time
+//                                                                      -> back, given_up
+//                        they disengage                                -> back, waiting
+//   any        stiction no longer raised                               -> back, waiting
+//              the loop refused the command                            -> given_up
+//              the loop leaves automatic, or its PV is not good        -> back, waiting
+//              a reload                                                -> back, waiting
+//              the operator's veto, a commissioning                    -> back, vetoed
+//   vetoed     the veto is lifted, the commissioning ends              -> waiting
+//              (a jacket that was set manually returns to shadow)
 //
-// Steady: judged, not saturated, and SP stood still, since a step's error would be compared with the limit
-// cycle's. Given up means: not again for this alarm. What was raised before this started, in a run of the
-// program before, is no reason to act: who knows what the operator decided then.
+// A steady window is judged, isn't saturated, and SP didn't move: otherwise the error of a step
+// would be compared with that of the limit cycle. After `given_up` there is no further trial for
+// this alarm. An alarm from before the start of the program starts no action, because the
+// operator's decisions of that time are unknown.
 //
-// `on` orders the loop's jacket from shadow to acting, in the form that the loop's file gives it, which must
-// be `bounded` or `dwell`: both keep the integrator moving towards zero error (stickband_jacket.hpp). Planned moves
-// (planned_moves.hpp) are ordered into shadow first. The mean error that they leave is within r.
+// `on` takes the loop's jacket from shadow to acting, in the form of the loop's file. The form must
+// be `bounded` or `dwell`: both keep the integrator moving towards zero error
+// (stickband_jacket.hpp). Planned moves (planned_moves.hpp) enter shadow first. Their remaining
+// mean error is within r.
 //
-// Errors: none.
-// What it can't do: tell a jacket that helps from a disturbance that ends at the same time; see a set point
-// that moves in every window: then it neither begins nor decides.
+// No errors.
+// Limits: it can't distinguish the effect of a jacket from a disturbance that ends at the same
+// time. With a set point that moves in every window it neither begins nor decides.
 #pragma once
 
 #include <array>
@@ -59,31 +61,31 @@
 
 namespace loopwarden::alarm {
 
-// Windows; with the daemon's overlap and 96 s, 48 s each: 13, 6 and 32 minutes. A sticky loop's cycle lasts
-// minutes, and the dwell form makes it several times as long.
+// In windows: with the daemon's overlap and 96 s, one window adds 48 s, so 13, 6 and 32 minutes.
+// The cycle of a sticky loop lasts minutes, and the dwell form makes it several times as long.
 inline constexpr std::size_t kBaseline = 16;
 inline constexpr std::size_t kSettling = 8;
 inline constexpr std::size_t kTrial = 40;
 inline constexpr double kLeastGain = 0.05;  // of R
 inline constexpr double kShadow_s = 600.0;
 inline constexpr std::size_t kLeastBaseline = 4;  // steady windows in shadow
-inline constexpr int kMostDisengaged = 3;         // of planned moves by one explanation
+inline constexpr int kMostDisengaged = 3;         // planned moves, per explanation
 
 enum class CorrectiveForm : std::uint8_t { jacket, planned_moves };
 
 struct CorrectiveSettings {
   bool enabled = false;
   CorrectiveForm form = CorrectiveForm::jacket;
-  double allowed_mean_error_percent = 1.0;  // % of the PV span, >= 0: of the jacket
-  // Of planned moves.
-  bool on_order = false;                                                // a person begins them
+  double allowed_mean_error_percent = 1.0;  // % of the PV span, >= 0: jacket only
+  // Planned moves only.
+  bool on_order = false;                                                // the operator begins them
   double max_move = std::numeric_limits<double>::infinity();            // CO units
   double max_moves_per_hour = std::numeric_limits<double>::infinity();  // 1/h
 
   friend bool operator==(const CorrectiveSettings&, const CorrectiveSettings&) = default;
 };
 
-// Numbers of the register map: they only grow.
+// The register map uses these numbers. New states are added at the end.
 enum class CorrectiveState : std::uint8_t {
   off,
   waiting,
@@ -102,8 +104,8 @@ constexpr const char* to_text(CorrectiveState state) noexcept {
 
 enum class Veto : std::uint8_t {
   none,
-  back,       // and the jacket goes back to shadow, planned moves end
-  hands_off,  // the operator has set the jacket himself: it stays as it is until the veto is lifted
+  back,          // and the jacket returns to shadow, planned moves end
+  hands_off,     // the operator has set the jacket: it keeps its state until the veto is lifted
   commissioning  // by the daemon while the loop is commissioned: as back
 };
 
@@ -111,15 +113,15 @@ struct CorrectiveStep {
   enum class Order : std::uint8_t { none, on, back, shadow };
   Order order = Order::none;
   CorrectiveForm form = CorrectiveForm::jacket;
-  const char* why = "";  // where the state changed; static storage
+  const char* why = "";  // reason if the state changed; static storage
   CorrectiveState from = CorrectiveState::off;
   CorrectiveState to = CorrectiveState::off;
-  // Before and after, where they are known; else 0. % of the PV span.
+  // % of the PV span, before and after; 0 if unknown.
   double rms_before = 0.0;
   double rms_after = 0.0;
   double mean_before = 0.0;
   double mean_after = 0.0;
-  double gain_in_shadow = 0.0;  // RMS over that without
+  double gain_in_shadow = 0.0;  // RMS with planned moves over RMS without
 
   bool changed() const noexcept { return from != to || order != Order::none; }
 };
@@ -129,32 +131,33 @@ class CorrectiveAction {
   CorrectiveAction() = default;
   explicit CorrectiveAction(const CorrectiveSettings& settings) noexcept;
 
-  // A window that was judged. `sticks`: the alarm's condition is on; `came`: with this window.
+  // Adds a judged window. `sticks`: the alarm's condition is on; `came`: it was raised with this
+  // window.
   CorrectiveStep window(const WindowMeasures& measures, bool sticks, bool came) noexcept;
-  // No window can be had, or it was not fit to be judged.
+  // Reports an interruption: no window is available, or it was not fit to be judged.
   // `controlling`: the loop is in automatic on a good PV.
   CorrectiveStep interrupted(bool controlling) noexcept;
   CorrectiveStep veto(Veto veto) noexcept;
-  // Planned moves: an alarm that came since this started is explained, with s and j, for the first time or anew.
-  // `may_act` false: only in shadow.
+  // Planned moves: an alarm from this run of the program has an explanation with s and j, the first
+  // or a new one. `may_act` false: only in shadow.
   CorrectiveStep explained(bool may_act) noexcept;
   // Planned moves: the alarm is on, and its newest explanation has no s and j.
   CorrectiveStep explained_otherwise() noexcept;
-  // Planned moves: the person's order for what is offered.
+  // Planned moves: the operator commands the offered moves.
   CorrectiveStep ordered() noexcept;
-  // What planned moves do; `passed_s` of the loop's time since the last call.
+  // Reports the state of the planned moves; `passed_s` is the loop's time since the last call.
   CorrectiveStep moves(const control::MovesState& state, double passed_s) noexcept;
-  // The loop did not do what was ordered: what is not there can't help. No order follows.
+  // The loop refused the command, so the action can't help. Sends no further command.
   CorrectiveStep refused() noexcept;
-  // A reload has put jacket and compensator back into the state of their file. An order to act may still be
-  // underway, so it is ordered back all the same.
+  // A reload has returned jacket and compensator to the state of their file. A command to act may
+  // still be underway, so the step commands them back as well.
   CorrectiveStep reloaded() noexcept;
 
   CorrectiveState state() const noexcept { return state_; }
   bool acting() const noexcept { return acts(state_); }
-  // Planned moves act: windows show them, and not the valve.
+  // Returns whether planned moves act. Windows then show the moves and not the valve.
   bool calms() const noexcept { return planned() && acting(); }
-  // Planned moves are ordered, in shadow or acting.
+  // Returns whether planned moves are engaged, in shadow or acting.
   bool moves_run() const noexcept {
     return planned() && (acting() || state_ == CorrectiveState::in_shadow);
   }
@@ -179,11 +182,11 @@ class CorrectiveAction {
   CorrectiveState state_ = CorrectiveState::off;
   Veto veto_ = Veto::none;
   int disengaged_ = 0;                   // times, since the newest explanation
-  std::array<Errors, kTrial> newest_{};  // of the steady windows, a ring
-  std::size_t steady_ = 0;               // of them, since the last change of state
-  std::size_t settling_ = 0;             // windows still to be left out
-  bool due_ = false;  // the alarm came, and was not acted on yet; planned moves: it is explained
-  bool ordered_ = false;  // by a person, for this alarm
+  std::array<Errors, kTrial> newest_{};  // ring of the steady windows
+  std::size_t steady_ = 0;               // number of steady windows since the last change of state
+  std::size_t settling_ = 0;             // windows still to skip
+  bool due_ = false;      // an alarm without action so far; planned moves: with an explanation
+  bool ordered_ = false;  // by the operator, for this alarm
   bool may_act_ = false;
   double shadow_s_ = 0.0;
   Errors before_;

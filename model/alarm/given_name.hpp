@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Decides whether an explanation gives its name: to an alarm that was raised under another one,
-// and to
-// the incident. One rule for both, so that one event never has two names.
+// Decides whether an explanation names an alarm that was raised under another name, and the
+// incident. Both use the same rule, so one event never has two names.
 //
 //   sure      confidence at least kSureName, and kSureClosed of the gap closed (NaN: the confidence
 //             decides)
 //   refuted   `learned`, if the read-back shows that the stem sticks by kStickSeen_percent or more
 //
-// Errors: none.
+// No errors.
 #pragma once
 
 #include <string_view>
@@ -26,12 +25,13 @@ constexpr bool shows_stick(const WindowMeasures& measures) noexcept {
          measures.stick_percent >= kStickSeen_percent;
 }
 
-// Returns whether the read-back speaks against a name. `stick_seen`: since the incident opened.
+// Returns whether the read-back contradicts a name. `stick_seen`: since the incident opened.
 constexpr bool refuted(std::string_view effect, bool stick_seen) noexcept {
   return stick_seen && effect == "learned";
 }
 
-// `effect`: empty if none has a name. `gap_closed`: share; NaN: too near to the noise to say.
+// Returns whether the explanation gives its name. `effect`: empty without a name. `gap_closed`:
+// share; NaN: too near to the noise.
 constexpr bool gives_name(std::string_view effect, double confidence, double gap_closed,
                           bool stick_seen) noexcept {
   return !effect.empty() && confidence >= kSureName && !(gap_closed < kSureClosed) &&

@@ -1,23 +1,25 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whether PV is where it should not be: the limits of a loop's process alarms, with their dead bands.
+// Checks PV against the limits of a loop's process alarms, with their dead bands.
 //
-//   deviation               |SP - PV| > limit, in automatic, once `settle_s` has passed since the set point last moved and
-//                           since the loop last came into automatic. A set point moves when it is more than a tenth of the
-//                           limit away from where it last stood, so a ramp moves it all the way
+//   deviation               |SP - PV| > limit, in automatic, at least `settle_s` after the last
+//                           move of the set point and after the loop's return to automatic. A set
+//                           point moves if it differs from its last resting value by more than a
+//                           tenth of the limit, so a ramp moves it all the time
 //   pv_high_high, pv_high   PV > limit
 //   pv_low, pv_low_low      PV < limit
-//   rate_of_change          |(PV - PV'')/T| > limit, PV'' being PV behind a first-order lag of T = `rate_time_s`: of a ramp
-//                           its slope
+//   rate_of_change          |(PV - PV'')/T| > limit; PV'' is PV after a first-order lag of T =
+//                           `rate_time_s`. For a ramp this is its slope
 //
-// What was beyond a limit is within it again once it is `dead_band` inside.
+// A value beyond a limit is within it again when it is `dead_band` inside.
 //
-// Symbols: SP, PV, limit, dead_band in PV units, of rate_of_change in PV units/s; times in s. Stepped once a cycle. No
-// clock, no allocation.
+// Symbols: SP, PV, limit, dead_band in PV units, of rate_of_change in PV units/s; times in s.
+// Stepped once per cycle. No clock, no allocation.
 //
-// Errors: none; of a PV that is bad nothing is said, and of a set point that is not known no deviation.
-// What it can't do: limits that follow the load or the state of the plant.
+// No errors. A bad PV gives no condition, and an unknown set point gives no deviation.
+// Limits: it can't move a limit with the load or the state of the plant.
 //
-// Source: dead bands and delays as in ANSI/ISA-18.2-2016 (basic alarm design) and EEMUA 191 (2013), chapter 8.
+// Source: dead bands and delays as in ANSI/ISA-18.2-2016 (basic alarm design) and EEMUA 191 (2013),
+// chapter 8.
 #pragma once
 
 #include <array>
@@ -53,12 +55,13 @@ class LimitWatch {
   LimitWatch(double sample_time_s, const LimitSettings& settings) noexcept
       : sample_time_s_(sample_time_s), settings_(settings) {}
 
-  // Bad PV: NaN.
+  // Adds a cycle. A bad PV is NaN.
   void add(std::uint64_t period, double sp, double pv, bool automatic) noexcept;
 
-  // The deviation is not looked at: it counts as off.
+  // Returns whether the deviation is not checked at present. It counts as off then.
   bool rests() const noexcept { return rests_; }
-  // `was`: beyond it in the cycle before. Nothing: the cycle can't tell.
+  // Returns whether PV is beyond the limit; empty if the cycle doesn't show it. `was`: the result
+  // of the cycle before.
   std::optional<bool> beyond(AlarmKind kind, bool was) const noexcept;
 
  private:
@@ -70,7 +73,7 @@ class LimitWatch {
   LimitSettings settings_;
   double sp_ = kNone;
   double pv_ = kNone;
-  double sp_stood_ = kNone;  // where SP last stood
+  double sp_stood_ = kNone;  // last resting value of SP
   std::optional<std::uint64_t> moved_;
   bool rests_ = true;
   double lagged_ = kNone;  // PV''

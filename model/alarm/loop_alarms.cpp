@@ -87,7 +87,7 @@ AlarmTransitions LoopAlarms::process_changed(std::int64_t now_ms,
       Alarm& alarm = alarms_[index_of(change.kind)];
       change.on ? alarm.condition_on(now_ms, 0.0) : alarm.condition_off(now_ms);
       if (change.on) began_[index_of(change.kind)] = change.began;
-      // What goes while it is suppressed has been told by its cause.
+      // An alarm that clears while it is suppressed needs no acknowledgement: its cause was shown.
       if (!change.on && alarm.is_consequence()) alarm.acknowledge(now_ms);
       if (change.kind == AlarmKind::deviation && deviation_rests_) alarm.window_not_valid();
     }
@@ -136,7 +136,7 @@ std::optional<AlarmKind> LoopAlarms::cause_of(AlarmKind kind) const noexcept {
 }
 
 bool LoopAlarms::first_out(AlarmKind kind) const noexcept {
-  // What follows from another is not first, though it may begin in the same cycle.
+  // A consequence of another alarm is not first, though it may begin in the same cycle.
   const auto there = [this](AlarmKind one) {
     return (alarm(one).active() || alarm(one).unacknowledged()) && !alarm(one).is_consequence();
   };
@@ -152,7 +152,7 @@ bool LoopAlarms::first_out(AlarmKind kind) const noexcept {
 
 bool LoopAlarms::began_before(AlarmKind one, AlarmKind other) const noexcept {
   const auto rank = [this, one, other](AlarmKind kind) {
-    // Periods are counted from the start: what is older is known by its alarm alone.
+    // Periods are counted from the start. Older alarms have only their time.
     const bool both = began_[index_of(one)] != 0 && began_[index_of(other)] != 0;
     return std::pair(
         both ? static_cast<std::int64_t>(began_[index_of(kind)]) : alarm(kind).memory().raised_ms,

@@ -1,19 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
-// All alarms of one loop. What follows from another alarm is suppressed while that one is on (alarm_kind.hpp, follows),
-// and shows what its own condition says when it has gone.
+// All alarms of one loop. An active alarm suppresses the alarms that follow from it
+// (alarm_kind.hpp, follows). When it clears, each of them shows its own condition again.
 //
-// A valve without enough air moves slowly and short of its travel; to a classifier of shapes that is
-// stiction, backlash and hysteresis as well: they follow from low air.
+// A valve without enough air moves slowly and doesn't reach its travel. To a classifier of shapes
+// this is also stiction, backlash and hysteresis, so these follow from low air.
 //
-// Process alarms know no windows: they come and go as their watch says (process_watch.hpp). Of several that are there
-// the one whose condition began first is marked (first-out), whatever its delay: the others may be its doing.
+// Process alarms don't depend on windows: process_watch.hpp raises and clears them. If several are
+// active, the one whose condition began first is marked (first-out), whatever its delay, because it
+// may have caused the others.
 //
-// A condition that an explanation gave to another alarm counts for that one until it goes (explained()).
+// A condition that an explanation assigned to another alarm counts for that alarm until it clears
+// (explained()).
 //
-// Each call returns what changed for the operator, as transitions between the states that he sees.
+// Each call returns the changes for the operator, as transitions between the visible states.
 //
-// Errors: an action that does not fit the state changes nothing and is refused.
-// What it can't do: explain alarms of one loop by those of another (a common air supply).
+// Errors: an action that doesn't fit the state is refused and leaves the state as it is.
+// Limits: it can't explain alarms of one loop by those of another (a common air supply).
 #pragma once
 
 #include <array>
@@ -29,14 +31,14 @@
 
 namespace loopwarden::alarm {
 
-// What the verdict rule says of one valve alarm after a window that could be judged.
+// The verdict rule's result for one valve alarm, after a window that could be judged.
 struct AlarmCondition {
   bool on = false;
   double severity_percent = 0.0;  // % of the CO span
 };
 using AlarmConditions = std::array<AlarmCondition, kValveAlarmCount>;
 
-// Why an alarm changed.
+// The reason for a change of an alarm.
 enum class AlarmReason : std::uint8_t { windows, routine, by_operator, twin, explained, process };
 constexpr const char* to_text(AlarmReason reason) noexcept {
   return numeric::enum_name<AlarmReason::process>(
@@ -51,7 +53,7 @@ struct AlarmTransition {
   AlarmReason reason = AlarmReason::windows;
 };
 
-// At most one for each alarm; no allocation.
+// A list of transitions, at most one per alarm; no allocation.
 class AlarmTransitions {
  public:
   void add(const AlarmTransition& transition) noexcept { items_[count_++] = transition; }
@@ -67,30 +69,31 @@ class LoopAlarms {
  public:
   explicit LoopAlarms(const AlarmSettings& settings) noexcept;
 
-  // Goes on from before a restart.
+  // Continues from the state before a restart.
   void restore(AlarmKind kind, const AlarmMemory& memory) noexcept;
 
-  // `by`: windows or routine, whichever was judged.
+  // Passes on the conditions of a judgement. `by`: windows or routine.
   AlarmTransitions judged(std::int64_t now_ms, const AlarmConditions& conditions,
                           AlarmReason by) noexcept;
   AlarmTransitions window_judged(std::int64_t now_ms, const AlarmConditions& conditions) noexcept {
     return judged(now_ms, conditions, AlarmReason::windows);
   }
-  // The condition of `kind` is explained as that of `as`, which may be `kind` again: the alarm that it counted for to normal,
-  // unless another condition counts for that too, and `as` unacknowledged unless it is raised already. From then on, until the
-  // condition goes, it counts for `as`. Acknowledgement and shelving don't carry over.
+  // An explanation assigns the condition of `kind` to `as`, which may be `kind` again. The alarm
+  // for which it counted returns to normal, unless another condition counts for that alarm too.
+  // `as` becomes unacknowledged unless it is active already. The condition counts for `as` until it
+  // clears. Acknowledgement and shelving don't carry over.
   AlarmTransitions explained(std::int64_t now_ms, AlarmKind kind, AlarmKind as,
                              double severity_percent) noexcept;
   AlarmTransitions window_not_valid() noexcept;
-  // Beside the valve alarms and the process alarms that every loop has.
+  // Adds `kind` to the valve alarms and the process alarms that every loop has.
   void fit(AlarmKind kind) noexcept { fitted_[index_of(kind)] = true; }
   bool fitted(AlarmKind kind) const noexcept { return fitted_[index_of(kind)]; }
 
-  // The deviation is looked at, or rests.
+  // Stops or resumes the check of the deviation.
   AlarmTransitions deviation_rests(bool rests) noexcept;
-  // PV is not known, or is again: see loses_pv().
+  // Reports whether PV is unknown at present: see loses_pv().
   AlarmTransitions pv_lost(bool lost) noexcept;
-  // Conditions of process alarms that came or went in one cycle.
+  // Passes on the conditions of process alarms that were raised or cleared in one cycle.
   AlarmTransitions process_changed(std::int64_t now_ms,
                                    std::span<const ProcessChange> changes) noexcept;
   AlarmTransitions pass_time(std::int64_t now_ms) noexcept;
@@ -99,14 +102,15 @@ class LoopAlarms {
     bool accepted = false;
     AlarmTransitions transitions;
   };
-  // `until_ms` is for shelve alone.
+  // Only shelve uses `until_ms`.
   ActionResult act(AlarmKind kind, AlarmAction action, std::int64_t now_ms,
                    std::int64_t until_ms = 0) noexcept;
 
   const Alarm& alarm(AlarmKind kind) const noexcept { return alarms_[index_of(kind)]; }
-  // The first alarm that is on and that `kind` follows from; nothing: it stands for itself.
+  // Returns the first active alarm from which `kind` follows; empty if it follows from no other.
   std::optional<AlarmKind> cause_of(AlarmKind kind) const noexcept;
-  // Its condition began before those of the other process alarms that are there. Of one alone nothing is said.
+  // Returns whether its condition began before those of the other active process alarms. False for
+  // a single alarm.
   bool first_out(AlarmKind kind) const noexcept;
   bool any_shelved() const noexcept;
   bool any_suppressed() const noexcept;
@@ -122,16 +126,17 @@ class LoopAlarms {
 
   std::array<Alarm, kAlarmKindCount> alarms_;
   std::array<bool, kAlarmKindCount> fitted_{};
-  std::array<std::uint64_t, kAlarmKindCount> began_{};  // periods; 0: not known
+  std::array<std::uint64_t, kAlarmKindCount> began_{};  // periods; 0: unknown
   bool deviation_rests_ = false;
   bool pv_lost_ = false;
-  // What a valve alarm's condition that is on counts for; itself unless it was explained.
+  // The alarm for which an active condition of a valve alarm counts: itself, unless it was
+  // explained.
   struct CountsFor {
     AlarmKind kind = AlarmKind::stiction;
     double severity_percent = 0.0;
   };
   std::array<CountsFor, kValveAlarmCount> counts_for_{};
-  std::array<bool, kValveAlarmCount> on_{};  // conditions as they were judged last
+  std::array<bool, kValveAlarmCount> on_{};  // conditions of the newest judgement
 };
 
 }  // namespace loopwarden::alarm

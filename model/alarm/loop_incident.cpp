@@ -11,7 +11,7 @@ constexpr std::uint16_t bit_of(AlarmKind kind) noexcept {
   return static_cast<std::uint16_t>(1U << index_of(kind));
 }
 
-// Says what the valve has.
+// Returns whether `kind` names a fault of the valve.
 constexpr bool names_a_fault(AlarmKind kind) noexcept {
   return kind != AlarmKind::unknown && kind != AlarmKind::model_gap && !is_process_alarm(kind);
 }

@@ -1,18 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
-// The condensed state of NAMUR NE 107: one signal of five for a loop, and for the box the gravest of
-// its loops'.
+// The condensed state of NAMUR NE 107: one of five signals per loop. The box has the gravest of its
+// loops.
 //
-//   failure                F  red     PV or output lost, result no number: the loop can't do its work
+//   failure                F  red     PV or output lost, or a result that is no number: the loop
+//                                     can't control
 //   function_check         C  orange  simulated or replayed; the operator has the loop in manual
 //   out_of_specification   S  yellow  low air; another valve fault at or above `severe_percent`; PV
 //                                     uncertain
-//   maintenance_required   M  blue    a valve fault below that; a size that is not known counts as 0
+//   maintenance_required   M  blue    a valve fault below that; a size that is not known counts as
+//                                     0
 //   normal                 N  green
 //
-// Gravest first, F > C > S > M > N. A shelved alarm still counts: shelving silences, it repairs nothing.
+// Gravest first: F > C > S > M > N. A shelved alarm still counts, because shelving repairs no
+// fault.
 //
-// Errors: none.
-// What it can't do: weigh a loop's importance to the plant.
+// No errors.
+// Limits: it can't weigh a loop's importance to the plant.
 //
 // Source: NAMUR recommendation NE 107 (2012), section 4.
 #pragma once
@@ -25,7 +28,7 @@
 
 namespace loopwarden::alarm {
 
-// The numbers are those of the register map and never change; a greater one is graver.
+// The register map uses these numbers. They never change. A greater number is graver.
 enum class Ne107 : std::uint8_t {
   normal = 0,
   maintenance_required = 1,
@@ -55,7 +58,7 @@ inline Ne107 condensed(const LoopCondition& loop, const LoopAlarms& alarms,
   if (loop.simulated || loop.manual) return Ne107::function_check;
   if (loop.pv_uncertain) return Ne107::out_of_specification;
   Ne107 state = Ne107::normal;
-  // What process alarms tell stands in `loop`, at once.
+  // Process alarms are in `loop` already, without delay.
   for (const AlarmKind kind : kValveAlarms) {
     const Alarm& alarm = alarms.alarm(kind);
     if (!alarm.active()) continue;

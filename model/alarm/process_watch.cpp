@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
-// Whole periods; what is a rounding error above a whole number is that number.
+// Returns whole periods. A rounding error above a whole number is dropped.
 std::uint64_t periods_of(double seconds, double sample_time_s) noexcept {
   constexpr double kRounding = 1e-9;
   if (!(sample_time_s > 0.0)) return 1;
@@ -30,7 +30,7 @@ bool is_normal(Mode mode, NormalMode normal) noexcept {
   return true;
 }
 
-// A test of the loop causes it.
+// Returns whether a test of the loop causes the condition.
 bool is_of_test(AlarmKind kind) noexcept {
   return kind == AlarmKind::output_lost || kind == AlarmKind::output_unknown ||
          kind == AlarmKind::not_normal_mode || kind == AlarmKind::deviation;
@@ -137,7 +137,7 @@ std::optional<bool> ProcessWatch::output_lost(const ProcessCycle& cycle) const n
   if (cycle.output_arrives) return false;
   if (ever_arrived_ || cycle.fault == Fault::output_lost) return true;
   if (cycle.fault != Fault::starting) return false;
-  // A start waits for PV and device; with the PV that it needs, it is the device.
+  // A start waits for PV and device. If it has the PV that it needs, it waits for the device.
   const bool has_pv = cycle.pv_good || cycle.requested_mode == Mode::manual;
   return has_pv ? std::optional(true) : std::nullopt;
 }

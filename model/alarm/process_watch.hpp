@@ -1,41 +1,48 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whether a loop does its work: the conditions of its process alarms, from its cycles.
+// The conditions of a loop's process alarms, from its cycles. They show whether the loop does its
+// work.
 //
-//   bad_pv           PV is bad or frozen, in every mode, while the loop starts too; or it is
-//                    uncertain and that is the loop's fault
-//   output_lost      commands don't reach the device. Before the first one has, only a loop that has its PV and still can't
-//                    start tells; a loop that has nothing to write yet has lost nothing
-//   output_unknown   where the output stands is not known; a graver fault hides it
-//   not_normal_mode  the mode in force is another one than the loop's normal mode: fallback is never normal. Manual counts
-//                    once the loop has been in automatic, or a fault has ended its mode: one that is not yet in service is
-//                    not out of its mode
+//   bad_pv           PV is bad or frozen, in every mode and also during the start of the loop; or
+//                    it is uncertain and that is the loop's fault
+//   output_lost      commands don't reach the device. Before the first command has arrived, the
+//                    alarm needs a loop that has its PV and still can't start: a loop without a
+//                    command to write has lost no output
+//   output_unknown   the position of the output is unknown; a graver fault hides this condition
+//   not_normal_mode  the mode in force differs from the loop's normal mode; fallback is never
+//                    normal. Manual counts after the loop has been in automatic, or after a fault
+//                    ended its mode: a loop that is not yet in service is not out of its normal
+//                    mode
 //   enable_open      the enable contact is open
-//   source_lost      what brings PV is silent: of loops that another controller has
-//   the rest         PV is where it should not be (limit_watch.hpp)
+//   source_lost      the source of PV is silent, for loops that another controller runs
+//   other alarms     PV is beyond a limit (limit_watch.hpp)
 //
-// A condition comes once it has been there for its on-delay without a break, and goes once it has been gone for its
-// off-delay. What a cycle can't tell changes nothing and starts the delay anew. Time is the loop's own, counted in its
-// periods; between two cycles the first one holds.
+// A condition is raised after it was present without a break for its on-delay. It clears after it
+// was absent for its off-delay. A cycle without information leaves the condition as it is and
+// restarts the delay. Time is the loop's own, counted in its periods; between two cycles the first
+// one is valid.
 //
-// What follows from an alarm that is on (alarm_kind.hpp) goes without its off-delay: so it does not outlast its cause.
+// A consequence of an active alarm (alarm_kind.hpp) clears without its off-delay, so it doesn't
+// outlast its cause.
 //
-// What flaps is one alarm with a count: `flaps` counts how often the condition has come without a minute between, or, with
-// an off-delay that is longer, while the alarm was on. From the second time on the alarm goes only after such a minute, or
-// its longer off-delay, and so it does the first time unless the off-delay is shorter; what comes the fifth time raises
-// its alarm although no single time outlasts the on-delay.
+// A flapping condition raises one alarm with a count. `flaps` counts how often the condition was
+// raised again within a minute or, with a longer off-delay, while the alarm was on. From the second
+// time on, the alarm clears only after such a minute or its longer off-delay. The first time it
+// does so too, unless the off-delay is shorter. At the fifth time the alarm is raised even if no
+// single time outlasts the on-delay.
 //
 // While a loop is out of service for a test, output_lost, output_unknown, not_normal_mode and
-// deviation change nothing: the test causes them. Their delays start again when the test has ended.
-// Alarms of PV and of the enable contact go on.
+// deviation keep their state, because the test causes them. Their delays start again when the test
+// has ended. Alarms of PV and of the enable contact continue.
 //
-// Stepped once a cycle. No clock, no allocation.
+// Stepped once per cycle. No clock, no allocation.
 //
-// Errors: none.
-// What it can't do: say why the output is lost; a record's row does not hold it.
+// No errors.
+// Limits: it can't report why the output is lost, because a record's row doesn't contain the
+// reason.
 //
-// Source: delays, and three times a minute as chattering, as in ANSI/ISA-18.2-2016 (basic alarm design) and EEMUA 191
-// (2013), chapter 8; the 10 s to come are ours: longer than a reconnection or a late reply, shorter than what a process
-// bears.
+// Source: delays, and chattering at three times per minute, as in ANSI/ISA-18.2-2016 (basic alarm
+// design) and EEMUA 191 (2013), chapter 8. The on-delay of 10 s is our own choice: longer than a
+// reconnection or a late reply, shorter than the time that a process tolerates.
 #pragma once
 
 #include <array>
@@ -53,12 +60,12 @@
 
 namespace loopwarden::alarm {
 
-// To come, where a loop's file says nothing else.
+// Default on-delay.
 inline constexpr double kProcessDelay_s = 10.0;
 inline constexpr double kDeviationDelay_s = 60.0;
-// Without the condition, and it flaps no longer; to go, where a loop's file says nothing else.
+// Default off-delay. Without the condition for this time, flapping has ended.
 inline constexpr double kQuiet_s = 60.0;
-inline constexpr std::uint32_t kFlaps = 5;  // raise the alarm
+inline constexpr std::uint32_t kFlaps = 5;  // number that raises the alarm
 
 enum class NormalMode : std::uint8_t { automatic, manual, any };
 
@@ -74,7 +81,7 @@ struct ProcessRule {
   friend bool operator==(const ProcessRule&, const ProcessRule&) = default;
 };
 
-// Those that every loop has.
+// Returns the default rules, which every loop has.
 constexpr std::array<ProcessRule, kProcessAlarmCount> usual_rules() noexcept {
   std::array<ProcessRule, kProcessAlarmCount> rules{};
   for (const AlarmKind kind : {AlarmKind::bad_pv, AlarmKind::output_lost, AlarmKind::output_unknown,
@@ -98,14 +105,14 @@ struct ProcessSettings {
 
 struct ProcessCycle {
   std::uint64_t period_index = 0;
-  double sp = std::numeric_limits<double>::quiet_NaN();  // PV units, working; NaN: not known
+  double sp = std::numeric_limits<double>::quiet_NaN();  // PV units, working; NaN: unknown
   double pv = std::numeric_limits<double>::quiet_NaN();  // PV units; NaN: bad
   bool pv_good = false;
-  bool pv_bad = false;          // neither: uncertain
+  bool pv_bad = false;          // pv_good and pv_bad both false: uncertain
   bool pv_frozen = false;       // does not change although CO moves
-  bool pv_silent = false;       // bad, because nothing brings it
+  bool pv_silent = false;       // bad, because its source is silent
   bool output_arrives = false;  // the device has confirmed the newest command
-  bool out_of_service = false;  // somebody tests the loop
+  bool out_of_service = false;  // the loop is under test
   control::Fault fault = control::Fault::none;
   control::Mode mode = control::Mode::manual;            // in force
   control::Mode requested_mode = control::Mode::manual;  // by the operator
@@ -114,7 +121,7 @@ struct ProcessCycle {
 struct ProcessChange {
   AlarmKind kind = AlarmKind::bad_pv;
   bool on = false;
-  std::uint64_t began = 0;  // period in which the condition first came; 0: not known
+  std::uint64_t began = 0;  // period in which the condition first appeared; 0: unknown
 
   friend bool operator==(const ProcessChange&, const ProcessChange&) = default;
 };
@@ -133,39 +140,39 @@ class ProcessWatch {
  public:
   ProcessWatch(double sample_time_s, const ProcessSettings& settings) noexcept;
 
-  // A condition from before a restart.
+  // Restores a condition from before a restart.
   void restore(AlarmKind kind, bool on) noexcept;
 
   ProcessChanges add(const ProcessCycle& cycle) noexcept;
 
-  // The deviation is suppressed at present.
-  // By the newest cycle.
+  // Returns whether PV is bad or its source is lost, by the newest cycle.
   bool pv_lost() const noexcept {
     return at(AlarmKind::bad_pv).there || at(AlarmKind::source_lost).there;
   }
+  // Returns whether the deviation is suppressed at present.
   bool deviation_rests() const noexcept { return limits_.rests(); }
-  // How often the condition has come without a minute between, or while the alarm was on.
+  // Returns how often the condition was raised again within a minute, or while the alarm was on.
   std::uint32_t flaps(AlarmKind kind) const noexcept { return at(kind).flaps; }
 
  private:
   struct Delayed {
-    bool on = false;                           // the alarm's condition
-    bool there = false;                        // by the newest cycle that can tell
-    std::optional<std::uint64_t> other_since;  // period since which a cycle says the other
+    bool on = false;                           // condition of the alarm
+    bool there = false;                        // by the newest cycle with information
+    std::optional<std::uint64_t> other_since;  // period since which cycles show the opposite
     std::uint32_t flaps = 0;
-    std::uint64_t began = 0;    // period in which the first of them came
-    std::uint64_t gone_at = 0;  // period in which it last went
+    std::uint64_t began = 0;    // period in which the first of them began
+    std::uint64_t gone_at = 0;  // period in which it last cleared
   };
   Delayed& at(AlarmKind kind) noexcept { return conditions_[index_of(kind) - kValveAlarmCount]; }
   const Delayed& at(AlarmKind kind) const noexcept {
     return conditions_[index_of(kind) - kValveAlarmCount];
   }
-  // Nothing: the cycle can't tell.
+  // Returns whether the cycle shows the condition; empty if it has no information.
   std::optional<bool> found(AlarmKind kind, const ProcessCycle& cycle) const noexcept;
   std::optional<bool> output_lost(const ProcessCycle& cycle) const noexcept;
   bool not_normal_mode(const ProcessCycle& cycle) const noexcept;
   void count(Delayed& condition, bool there, std::uint64_t period) const noexcept;
-  // A cause of it is on.
+  // Returns whether a cause of `kind` is on.
   bool suppressed(AlarmKind kind) const noexcept;
   bool is_due(const Delayed& condition, const ProcessRule& rule,
               std::uint64_t period) const noexcept;
@@ -174,8 +181,8 @@ class ProcessWatch {
   ProcessSettings settings_;
   LimitWatch limits_;
   std::uint64_t quiet_periods_;
-  bool ever_arrived_ = false;  // a command, since the start
-  bool ever_ran_ = false;      // in automatic, or into a fault
+  bool ever_arrived_ = false;  // a command has arrived since the start
+  bool ever_ran_ = false;      // the loop was in automatic, or in a fault
   std::array<Delayed, kProcessAlarmCount> conditions_{};
 };
 

@@ -1,25 +1,31 @@
 // SPDX-License-Identifier: Apache-2.0
-// From verdicts on windows to alarm conditions: N of M, with one threshold to come and another to go.
+// Turns verdicts on windows into alarm conditions: N of M, with separate thresholds to raise and to
+// clear.
 //
-//   A window votes for fault k with p_k, its probability, where it names k, and with p_k against the
-//   threshold to go wherever it could be judged.
-//   off -> on   at least `windows_on` of the last `windows` judged named k with p_k >= probability_on
-//   on  -> off  at most `windows_off` of the last `windows_to_go` judged have p_k >= probability_off
+//   A window votes for fault k with p_k, its probability, if it names k. Every window that could be
+//   judged votes with p_k against the threshold to clear.
+//   off -> on   at least `windows_on` of the last `windows` judged named k with p_k >=
+//               probability_on
+//   on  -> off  at most `windows_off` of the last `windows_to_go` judged have p_k >=
+//               probability_off
 //
-// The severity of a condition is the median over the windows that named it, of the last `windows_to_go` judged:
-// one window's size is off by half at times, and an alarm's limits shall not follow it. With fewer than `windows_on`
-// of them it stays.
+// The severity of a condition is the median over the windows that named it, of the last
+// `windows_to_go` judged. The size of a single window is sometimes wrong by half, and an alarm's
+// limits must not follow it. With fewer than `windows_on` such windows the severity keeps its
+// value.
 //
-// A window that can't tell (not_enough_movement) is no evidence: it changes nothing, and the windows before
-// it keep their place. One odd window raises no alarm, and one quiet window ends none.
+// A window with too little movement (not_enough_movement) is no evidence: the rule ignores it, and
+// the windows before it keep their place. One odd window raises no alarm, and one quiet window
+// clears none.
 //
-// windows_to_go is longer than windows in the daemon: a valve that sticks shows it only when the loop crosses
-// the stick band, and looks healthy in between. Repair takes more windows to believe than a fault.
+// In the daemon, windows_to_go is longer than windows. A valve that sticks shows it only when the
+// loop crosses the stick band, and looks healthy in between. A repair needs more windows as
+// evidence than a fault.
 //
-// Stepped by the caller, once a window. No clock, no allocation.
+// Stepped by the caller, once per window. No clock, no allocation.
 //
-// Errors: settings outside their ranges are brought within them.
-// What it can't do: weigh how long ago a window was.
+// Errors: settings outside their ranges are set to the nearest limit.
+// Limits: it can't weigh the age of a window.
 //
 // Source: N-of-M voting with hysteresis as in alarm practice, EEMUA 191 (2013), chapter 8.
 #pragma once
@@ -45,19 +51,20 @@ struct VerdictRuleSettings {
   friend bool operator==(const VerdictRuleSettings&, const VerdictRuleSettings&) = default;
 };
 
-// The daemon's, and of all that shows what the daemon would do: twelve minutes of windows without the fault.
+// The rule of the daemon, and of all commands that show its decisions: twelve minutes of windows
+// without the fault to clear.
 inline constexpr VerdictRuleSettings kAlarmRule{.windows_to_go = 15};
 
 class VerdictRule {
  public:
   explicit VerdictRule(const VerdictRuleSettings& settings = {}) noexcept;
 
-  // The conditions after this window.
+  // Adds a window and returns the conditions after it.
   const AlarmConditions& add(const WindowJudgement& judgement) noexcept;
 
-  // Forgets the windows, not the conditions: after an interruption, or with other specialists.
+  // Forgets the windows but not the conditions: after an interruption, or with other specialists.
   void restart() noexcept { votes_ = 0; }
-  // A condition from before a restart of the program.
+  // Restores a condition from before a restart of the program.
   void restore(AlarmKind kind, bool on, double severity_percent) noexcept;
 
   const AlarmConditions& conditions() const noexcept { return conditions_; }
@@ -67,9 +74,9 @@ class VerdictRule {
   struct Vote {
     std::array<bool, kValveAlarmCount> names{};
     std::array<bool, kValveAlarmCount> keeps{};
-    double severity_percent = 0.0;  // % of the CO span, of the fault that it names
+    double severity_percent = 0.0;  // % of the CO span, of the named fault
   };
-  // The place of the newest but `age` in the history.
+  // Returns the vote with age `age`; the newest has age 0.
   const Vote& vote(std::size_t age) const noexcept {
     return history_[(next_ + kMostVotes - 1 - age) % kMostVotes];
   }
@@ -78,7 +85,7 @@ class VerdictRule {
   VerdictRuleSettings settings_;
   std::array<Vote, kMostVotes> history_{};
   std::size_t next_ = 0;
-  std::size_t votes_ = 0;  // in the history, at most kMostVotes
+  std::size_t votes_ = 0;  // number in the history, at most kMostVotes
   AlarmConditions conditions_{};
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A stretch of one loop's routine operation, the unit in which a monitor judges.
+// A stretch of one loop's routine operation: the unit that a monitor judges.
 #pragma once
 
 #include <cstddef>
@@ -13,8 +13,8 @@ namespace loopwarden::alarm {
 
 using specialist::kWindowSamples;
 
-// Columns of one length and constant period; finite but for `stem`, which is NaN throughout where there
-// is no read-back.
+// Columns of one length and constant period. The values are finite. Without a read-back, all of
+// `stem` is NaN.
 struct Window {
   std::span<const double> sp;    // PV units
   std::span<const double> pv;    // PV units
@@ -25,20 +25,20 @@ struct Window {
   double pv_high = 100.0;
   double co_low = 0.0;  // CO units, the span of the controller's output
   double co_high = 100.0;
-  std::size_t bridged_cycles = 0;  // cycles of the window that were missing and stood in for
+  std::size_t bridged_cycles = 0;  // missing cycles of the window, with interpolated values
 };
 
-// Why there is no window that could be judged. The numbers are those of the register map.
+// The reason why there is no window to judge. The register map uses these numbers.
 enum class WindowState : std::uint8_t {
   valid = 0,
-  filling = 1,              // being gathered, since the start or an interruption
+  filling = 1,              // in progress, since the start or an interruption
   not_automatic = 2,        // manual or fallback
   bad_pv = 3,               // PV bad or uncertain
   gap = 4,                  // cycles are missing
   saturated = 5,            // CO at a limit for more than a tenth of the window
-  not_enough_movement = 6,  // too little movement to tell
+  not_enough_movement = 6,  // too little movement to judge
   no_judge = 7,             // no specialists for this loop
-  no_set_point = 8          // SP is not known, and never will be
+  no_set_point = 8          // SP is not available from the source
 };
 
 constexpr const char* to_text(WindowState state) noexcept {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What decides which fault a window shows. The monitor knows this interface alone.
+// The interface that decides which fault a window shows. The monitor depends only on this
+// interface.
 #pragma once
 
 #include <array>
@@ -15,12 +16,12 @@ namespace loopwarden::alarm {
 struct WindowJudgement {
   enum class Result : std::uint8_t { no_fault, fault, not_enough_movement };
   Result result = Result::no_fault;
-  AlarmKind fault = AlarmKind::unknown;  // where the result is fault
-  // Of each fault, 0 to 1; what is missing to a sum of 1 is that of no fault.
+  AlarmKind fault = AlarmKind::unknown;  // if the result is fault
+  // Probability of each fault, 0 to 1. The remainder to a sum of 1 is the probability of no fault.
   std::array<double, kValveAlarmCount> probability{};
   double severity_percent = 0.0;  // % of the CO span, of the fault
-  // What each specialist's explanation leaves of the window, (% of the CO span)^2, in the order of
-  // specialist::Condition; 0 from a judge that has none.
+  // Mean square error that remains after each specialist's explanation, (% of the CO span)^2, in
+  // the order of specialist::Condition; 0 from a judge without specialists.
   std::array<double, specialist::kConditions> errors{};
 
   friend bool operator==(const WindowJudgement&, const WindowJudgement&) = default;
@@ -38,7 +39,8 @@ class WindowJudge {
   WindowJudge& operator=(const WindowJudge&) = delete;
   virtual ~WindowJudge() = default;
 
-  // The window has kWindowSamples samples. Neither allocates nor throws; used by one thread at a time.
+  // Judges a window of kWindowSamples samples. Neither allocates nor throws; used by one thread at
+  // a time.
   virtual WindowJudgement judge(const Window& window) noexcept = 0;
 };
 

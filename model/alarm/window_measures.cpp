@@ -12,7 +12,7 @@
 namespace loopwarden::alarm {
 namespace {
 
-// CO's travel from each of its turning points to the move of the stem that answers it.
+// Returns CO's travel from each of its turning points to the move of the stem that answers it.
 std::vector<double> stick_travels(const Window& window, double resolution) {
   std::vector<double> travels;
   double rest = window.stem.front();
@@ -40,7 +40,7 @@ void measure_stick(const Window& window, double resolution, bool has_stem, Windo
   if (has_stem) {
     std::vector<double> travels = stick_travels(window, resolution);
     if (travels.empty()) return;
-    // The move is seen once it exceeds the resolution: CO went on by as much.
+    // A move is detected after it exceeds the resolution, so CO has moved on by as much.
     m.stick_percent =
         100.0 * std::max(numeric::quantile_in_place(travels, 0.5) - resolution, 0.0) / span;
     m.stick_source = StickSource::read_back;

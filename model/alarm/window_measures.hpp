@@ -1,27 +1,29 @@
 // SPDX-License-Identifier: Apache-2.0
-// The classical measures of a window: what is known of a loop and its valve without any training.
+// The classical measures of a window: values of a loop and its valve that need no training.
 //
-//   oscillation_index  regularity r of PV's autocorrelation (oscillation.hpp); above 1 it oscillates
-//   period_s           s, of that oscillation; 0 where there is none
+//   oscillation_index  regularity r of PV's autocorrelation (oscillation.hpp); above 1 it
+//                      oscillates
+//   period_s           s, of that oscillation; 0 without oscillation
 //   variability        standard deviation of SP - PV, % of the PV span
 //   mean_error         mean of SP - PV, % of the PV span
 //   saturated          share of the samples with CO at an end of its range, %
-//   travel             path of the stem, % of the CO span per hour; of CO where there is no read-back
-//   reversals          of its direction, per hour; moves below `resolution` are none
-//   stick              how far CO travels after a reversal before the valve follows, % of the CO span
+//   travel             path of the stem, % of the CO span per hour; path of CO without a read-back
+//   reversals          changes of its direction, per hour; moves below `resolution` don't count
+//   stick              travel of CO after a reversal before the valve follows, % of the CO span
 //
-// stick with a read-back: the median, over the reversals of the stem, of CO's travel from its turning
-// point to the move that answers it. That is S of the stiction model, and the deadband of a backlash.
-// Without one: the width of the ellipse that the covariance of PV and CO gives, in the direction of CO,
-// 2 sqrt(2) sigma_CO sqrt(1 - rho^2), the apparent stiction. It counts the lag of the process as well and
-// is then an upper bound; it is given only where the loop oscillates.
+// stick with a read-back: the median, over the reversals of the stem, of CO's travel from its
+// turning point to the move that answers it. That is S of the stiction model, and the dead band of
+// a backlash. Without one: the width of the ellipse from the covariance of PV and CO, in the
+// direction of CO, 2 sqrt(2) sigma_CO sqrt(1 - rho^2), the apparent stiction. It includes the lag
+// of the process and is therefore an upper bound. It is given only if the loop oscillates.
 //
-// Errors: none. Fewer than two samples give zeros.
-// What it can't do: tell stiction from backlash, or either from a slow positioner; see a stick that the
-// loop does not cross within the window.
+// No errors. Fewer than two samples give zeros.
+// Limits: it can't distinguish stiction from backlash, or either from a slow positioner. It can't
+// see a stick that the loop does not cross within the window.
 //
-// Source: M. A. A. S. Choudhury, S. L. Shah, N. F. Thornhill and D. S. Shook, Control Engineering Practice
-// 14 (2006), for the apparent stiction; ANSI/ISA-75.25.01 for how a dead band is measured on a stem.
+// Source: M. A. A. S. Choudhury, S. L. Shah, N. F. Thornhill and D. S. Shook, Control Engineering
+// Practice 14 (2006), for the apparent stiction; ANSI/ISA-75.25.01 for how a dead band is measured
+// on a stem.
 #pragma once
 
 #include <cstddef>
@@ -44,10 +46,11 @@ struct WindowMeasures {
   double stick_percent = 0.0;
   StickSource stick_source = StickSource::none;
   double set_point_range_percent = 0.0;  // highest less lowest SP of the window, % of the PV span
-  std::size_t bridged_cycles = 0;        // of the window, missing and stood in for
+  std::size_t bridged_cycles = 0;        // interpolated cycles of the window
 };
 
-// `resolution_percent`: least move of stem or CO that counts, % of the CO span.
+// Returns the measures of `window`. `resolution_percent`: least move of stem or CO that counts, %
+// of the CO span.
 WindowMeasures measure(const Window& window, double resolution_percent = 0.2);
 
 }  // namespace loopwarden::alarm

@@ -16,7 +16,7 @@ constexpr double kLeastPlay = -0.5;
 constexpr double kMostPlay = 0.8;
 constexpr double kMostHammerstein = 0.5;
 
-// What is left means nothing here, either way.
+// Returns an undecided verdict, because the remaining evidence has no meaning in this case.
 ValveDecision undecided(std::string reason, std::string settle) {
   ValveDecision d;
   d.undecided = true;
@@ -68,28 +68,25 @@ ValveDecision decide(const ValveEvidence& e, Follows follows, const ValveWeights
   const bool for_valve = d.probability >= kDecidedFrom;
   if (for_valve && turns == TurnsBy::time) {
     return undecided(
-        "the cycle keeps its time and not CO's travel, as a swing from elsewhere makes it; all "
-        "else looks "
-        "like a sticking valve",
-        "the loop in manual for some cycles: a swing that goes on comes from elsewhere");
+        "the cycle has a constant period and not a constant travel of CO, like an external "
+        "oscillation; all other evidence indicates a sticking valve",
+        "the loop in manual for some cycles: an oscillation that continues is external");
   }
   if (for_valve && turns == TurnsBy::clockwork) {
     return undecided(
-        "the loop cycles like clockwork: a sticking valve and a regular load under tight control "
-        "look "
-        "alike",
+        "the loop cycles with a constant period: a sticking valve and a regular load under tight "
+        "control look alike",
         "the loop in manual for some cycles: if the cycle ends, the valve sticks");
   }
   if (for_valve && !at_once) {
     if (e.standing < kNeverStands) {
-      return undecided("PV moves whenever CO does, as it does not behind a valve that stands",
+      return undecided("PV moves whenever CO does; with a sticking valve PV rests at times",
                        kManualSteps);
     }
     if (!e.turns.cycles()) {
       return undecided(
-          "the loop does not cycle, as a slow one mostly does behind a valve with a band: a load "
-          "may "
-          "move PV and CO alike",
+          "the loop does not cycle, but most slow loops with a sticking valve do: a load may move "
+          "PV and CO alike",
           kManualSteps);
     }
   }
@@ -103,16 +100,16 @@ ValveDecision decide(const ValveEvidence& e, Follows follows, const ValveWeights
     return undecided(
         follows == Follows::by_integration
             ? "the process integrates: PV lags CO by a quarter period without a sticking valve "
-              "too, and one step ahead a sticking valve foretells PV no better"
+              "too, and one step ahead a sticking valve predicts PV no better"
             : "on a loop this slow PV lags CO without a sticking valve too, and one step ahead a "
-              "sticking valve foretells PV no better",
+              "sticking valve predicts PV no better",
         kManualSteps);
   }
-  // Neither way, but the cycle speaks for a swing from elsewhere.
+  // Undecided, but the cycle suggests an external oscillation.
   if (turns == TurnsBy::time) d.probability = std::min(d.probability, kDecidedBelow);
   if (d.probability <= kDecidedBelow) return d;
   d.undecided = true;
-  d.reason = "the evidence speaks both ways: " + std::to_string(e.votes()) +
+  d.reason = "the evidence is contradictory: " + std::to_string(e.votes()) +
              " of three votes are for a valve effect";
   d.settle =
       std::string(kManualSteps) + "; or an hour more of routine data with set points that move";

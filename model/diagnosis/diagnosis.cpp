@@ -41,8 +41,9 @@ Follows follows_of(const Diagnosis& d) {
   return Follows::at_once;
 }
 
-// What PV and CO do while SP stands: of each hold what comes after its first quarter, each about its own mean. Nothing where SP
-// does not step, where the holds are less than half of the record, or where CO hardly moves in them.
+// PV and CO while SP rests: the part of each hold after its first quarter, about its own mean.
+// Empty if SP does not step, if the holds are less than half of the record, or if CO hardly moves
+// in them.
 struct Holds {
   Series pv, co;
 };
@@ -106,7 +107,8 @@ void measure(Diagnosis& d) {
       .turns = find_turns(three_scales(block_means(d.prepared.raw_co, factor), blocks)[1])};
 }
 
-// The set point swings with PV's own period, and PV with it: it comes from above.
+// Returns whether the set point swings with PV's own period, and PV with it: the cause is the
+// master.
 bool master_swings(const Prepared& p) {
   if (p.raw_sp.empty() || !p.set_point_active) return false;
   const TimeScale sp = find_time_scale(p.raw_sp);
@@ -120,7 +122,7 @@ void name_valve_effect(Diagnosis& d) {
   const CauseProbabilities p = weigh(findings.features);
   const double stiction = p[static_cast<std::size_t>(Cause::stiction)];
   const double backlash = p[static_cast<std::size_t>(Cause::backlash)];
-  // Behind play PV moves on once the band is crossed; behind stiction it jumps and stands again.
+  // With backlash, PV moves on after the band is crossed. With stiction it jumps and rests again.
   const double moves_on = d.evidence.standing > kStandsFrom ? 1.0 : kNoJumpOdds;
   d.stiction_share = stiction / std::max(stiction + moves_on * backlash, 1e-12);
   const bool sticks = d.stiction_share >= 0.5;
@@ -136,7 +138,7 @@ void name_valve_effect(Diagnosis& d) {
   const double factor = d.grade == Grade::seen ? kSizeFactorSeen : kSizeFactorLikely;
   d.s_low = d.s / factor;
   d.s_high = d.s * factor;
-  // A valve's cycle need not repeat from one period to the next.
+  // The cycle of a valve need not repeat from one period to the next.
   d.oscillating |= d.prepared.pv_oscillation.regularity > kRegular ||
                    d.prepared.co_oscillation.regularity > kRegular;
 }
@@ -156,7 +158,7 @@ void name_other_cause(Diagnosis& d) {
   });
 }
 
-// What follows from the evidence.
+// Draws the conclusion from the evidence.
 void conclude(Diagnosis& d) {
   d.grade = Grade::none;
   d.cause = d.alternative = Cause::none;
@@ -164,7 +166,8 @@ void conclude(Diagnosis& d) {
   d.settle.clear();
   d.oscillating = cycles(d.prepared);
   ValveDecision decision = decide(d.evidence, d.follows);
-  // Undecided, with nothing gained step by step: then the shapes of the cycles may exclude a valve effect, never name one.
+  // Undecided, without gain step by step: the shapes of the cycles may exclude a valve effect, but
+  // never name one.
   if (decision.undecided && d.follows == Follows::at_once && d.evidence.hammerstein <= 0.0) {
     const CauseProbabilities p = weigh(find_features(d.prepared).features);
     const double by_shape =
@@ -274,8 +277,8 @@ double judged_period(std::span<const double> pv, std::span<const double> co) {
 
 namespace {
 
-// The first window at a limit, if CO is at one in more than a third of all samples; else
-// windows.size().
+// Returns the first window at a limit, if CO is at one in more than a third of all samples;
+// otherwise windows.size().
 std::size_t saturated_window(std::span<const Diagnosis> windows) {
   std::size_t limited = 0;
   std::size_t complete = 0;
@@ -309,7 +312,7 @@ LoopVerdict judge_loop(std::span<const Diagnosis> windows) {
     return at == windows.end() ? 0 : static_cast<std::size_t>(at - windows.begin());
   };
   if (judged == 0) {
-    // A cause that a gate named, or too little in every window.
+    // A cause named by a gate, or too little data in every window.
     const auto named = [](const Diagnosis& d) {
       return d.verdict == DiagnosisVerdict::other_cause;
     };
@@ -340,7 +343,8 @@ LoopVerdict judge_loop(std::span<const Diagnosis> windows) {
       if (effect(d)) stiction += logit(std::clamp(d.stiction_share, 0.01, 0.99));
     }
     loop.cause = stiction >= 0.0 ? Cause::stiction : Cause::backlash;
-    // Of the windows with the loop's grade and cause the last stands for it: the size of today.
+    // The last window with the loop's grade and cause represents the loop, because its size is the
+    // present one.
     for (const bool same_cause : {false, true}) {
       for (std::size_t i = 0; i < windows.size(); ++i) {
         if (windows[i].grade == loop.grade && (!same_cause || windows[i].cause == loop.cause)) {
@@ -364,7 +368,7 @@ LoopVerdict judge_loop(std::span<const Diagnosis> windows) {
     loop.like = first(undecided);
     const Diagnosis& d = windows[loop.like];
     loop.reason = undecided(d) ? d.reason : "the windows of the loop contradict each other";
-    loop.settle = undecided(d) ? d.settle : "more windows of the same loop, in the state of today";
+    loop.settle = undecided(d) ? d.settle : "more windows of the same loop in its present state";
   } else if (2 * count(other) >= judged) {
     loop.verdict = DiagnosisVerdict::other_cause;
     loop.like = first(other);

@@ -1,14 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-// Valve effect or another cause, from a routine record and no model: preparation and gates, the evidence on the valve,
-// the decision (decision.hpp), and what else may ail the loop.
+// Finds a valve effect or another cause from a routine record, without a model. The steps are
+// preparation and gates, the evidence on the valve, the decision (decision.hpp), and the other
+// possible causes.
 //
-// Where PV follows CO at once and SP steps, phase, play and standing are taken between the steps, since a step carries PV and CO
-// along together whatever the valve does: of each hold of 120 samples or more what comes after its first quarter. Not so where
-// the holds are less than half of the record, or CO hardly moves in them.
+// If PV follows CO at once and SP steps, phase, play and standing are taken between the steps. A
+// step carries PV and CO along together, whatever the valve does. From each hold of 120 samples or
+// more, the part after its first quarter is used. The whole record is used if the holds are less
+// than half of it, or CO hardly moves in them.
 //
-// A loop with several windows gets one verdict: the mean of the windows' logits decides, so that one odd window does not.
+// A loop with several windows gets one verdict: the mean of the windows' logits decides, so a
+// single odd window does not.
 //
-// What it can't do: see docs/diagnose.md, which has the figures too.
+// Limits and figures: docs/diagnose.md.
 #pragma once
 
 #include <array>
@@ -35,14 +38,17 @@ enum class DiagnosisVerdict : std::uint8_t {
 };
 const char* to_text(DiagnosisVerdict verdict) noexcept;
 
-// Stiction and backlash look alike in routine data. The trees that weigh them see shapes and fits; where PV does not stand during
-// CO's moves, so does not jump either, backlash is this many times more probable than they say.
+// Stiction and backlash look alike in routine data. The trees that weigh them see shapes and fits.
+// If PV doesn't rest during CO's moves, it doesn't jump either, and backlash is this many times
+// more probable than their result.
 inline constexpr double kNoJumpOdds = 15.0;
 
-// The fit in free run puts the band too low, as it can trade it for dead time; the range of CO puts it too high, as CO overshoots
-// the band; the fit one step ahead puts it too low, as noise rounds its corners. The geometric mean of the first two, and of that
-// and the third, times kSizeScale is right in the median of simulated loops, and in nine of ten within the factor of the grade
-// (`loopwarden-study diagnose --cases 1500 --seed 3`).
+// The fit in free run gives a band that is too small, as it can trade it for dead time. The range
+// of CO gives one that is too large, as CO overshoots the band. The fit one step ahead gives one
+// that is too small, as noise rounds its corners. The size is the geometric mean of the first two,
+// then of that and the third, times kSizeScale. It is right in the median of simulated loops, and
+// in nine of ten within the factor of the grade (`loopwarden-study diagnose --cases 1500 --seed
+// 3`).
 inline constexpr double kSizeScale = 1.1;
 inline constexpr double kSizeFactorSeen = 1.6;
 inline constexpr double kSizeFactorLikely = 1.9;
@@ -50,8 +56,8 @@ inline constexpr double kSizeFactorLikely = 1.9;
 struct Diagnosis {
   DiagnosisVerdict verdict = DiagnosisVerdict::not_enough_data;
   Grade grade = Grade::none;  // of a valve effect
-  std::string reason;         // why nothing is said of the valve: not_enough_data, cant_tell, gates
-  std::string settle;         // what would settle it
+  std::string reason;  // why there is no verdict on the valve: not_enough_data, cant_tell, gates
+  std::string settle;  // the remedy
   LoopKind kind = LoopKind::unknown;
   Follows follows = Follows::at_once;
   double probability = 0.5;  // of a valve effect
@@ -59,10 +65,10 @@ struct Diagnosis {
   PlayFit play;
   Hammerstein hammerstein;
   Cause cause = Cause::none;        // the effect, or the cause of the oscillation
-  Cause alternative = Cause::none;  // the other valve effect, where it can't be excluded
+  Cause alternative = Cause::none;  // the other valve effect, if it can't be excluded
   double stiction_share = 1.0;      // of `probability`
   bool oscillating = false;
-  double period_s = 0.0;  // 0 where not oscillating
+  double period_s = 0.0;  // 0 if not oscillating
   bool integrating = false;
   double s = 0.0;      // CO units, of a valve effect: band of the stiction or the backlash
   double j = 0.0;      // CO units, slip jump
@@ -77,13 +83,15 @@ struct Diagnosis {
 
 Diagnosis diagnose(const RoutineRecord& record, LoopKind kind = LoopKind::unknown);
 
-// Samples: of the cycle where one stands out, else of the movement. A window of fifteen of them can be judged.
+// Returns the time scale in samples: the cycle if one stands out, otherwise the movement. A window
+// of fifteen of them can be judged.
 double judged_period(std::span<const double> pv, std::span<const double> co);
 
-// Of the windows of one loop: each is judged anew with how CO turns in all of them, since a window holds few turns.
+// Judges each window of one loop again with the turns of CO in all of them, since a window has few
+// turns.
 void share_turns(std::span<Diagnosis*> windows);
 
-// One verdict of all windows of a loop, in the order of time.
+// One verdict from all windows of a loop, in the order of time.
 struct LoopVerdict {
   DiagnosisVerdict verdict = DiagnosisVerdict::not_enough_data;
   Grade grade = Grade::none;
@@ -92,12 +100,12 @@ struct LoopVerdict {
   std::string reason;
   std::string settle;
   std::size_t like =
-      0;  // the window most like the verdict; its size and evidence stand for the loop
+      0;  // the window most like the verdict; its size and evidence represent the loop
   std::size_t since =
-      0;  // of a valve effect: the first of the windows that show it without a break up to the last
+      0;  // for a valve effect: the first of the unbroken row of windows with it up to the last
 };
-// Size of the effect over the windows that show it, in order: median of the slopes between all pairs (P. K. Sen, J. Am. Stat.
-// Assoc. 63, 1968).
+// Size of the effect over the windows that show it, in the order of time: median of the slopes
+// between all pairs (P. K. Sen, J. Am. Stat. Assoc. 63, 1968).
 struct SizeTrend {
   std::size_t windows = 0;  // that show the effect
   double first = 0.0;       // CO units

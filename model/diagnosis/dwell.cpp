@@ -47,7 +47,7 @@ Dwell dwell(std::span<const double> output, std::span<const double> behind, doub
     if (length < 4) continue;
     const auto part = std::max<std::size_t>(
         1, static_cast<std::size_t>(kPartOfRun * static_cast<double>(length)));
-    // The answer comes late: the run behind is shifted up to a quarter of its length.
+    // The answer is late, so the run of `behind` is shifted by up to a quarter of its length.
     const std::size_t end = std::min(q.size() - 1, turns[i + 1] + length / 4);
     double output_step = 0.0;
     double behind_step = 0.0;

@@ -1,20 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a sticking valve does in the plane of CO and what lies behind it: nothing while CO moves on,
-// then a jump. `behind` is PV on a self-regulating process and the slope of PV on an integrating one.
+// The dwelling of a sticking valve in the plane of CO and the quantity after the valve: it rests
+// while CO moves on, then jumps. `behind` is this quantity: PV on a self-regulating process, the
+// slope of PV on an integrating one.
 //
 // Runs are the stretches between turning points of CO. In each:
 //   concentration   the largest change within a seventh of the run, over the range within the run:
 //                   a straight line 0.14, half a sine 0.22, a step 1
-//   late            where in the run the largest change sits, 0 at its start to 1 at its end
-//   scatter         a valve sets the travel of CO between its turns (its band), a load the time between
-//                   them: which of the two varies less
-// Over all samples, with changes over a tenth of a period put into the words up, steady, down (above or
-// below half of their standard deviation):
-//   sticky words    share of the samples with CO moving at which what lies behind is steady
+//   late            position of the largest change in the run, 0 at its start to 1 at its end
+//   scatter         a valve determines the travel of CO between its turns (its band), a load the
+//                   time between them: the smaller scatter shows which
+// Over all samples, with changes over a tenth of a period put into the words up, steady, down
+// (above or below half of their standard deviation):
+//   sticky words    share of the samples with CO moving at which `behind` is steady
 //   sticky pairs    share in which a steady stretch is followed by a move in CO's direction
-//                   (Y. Yamashita, Control Engineering Practice 14, 2006, and J. Process Control 16, 2006)
+//                   (Y. Yamashita, Control Engineering Practice 14, 2006, and J. Process Control
+//                   16, 2006)
 //
-// What it can't do: load changes as large as the valve's steps hide the dwelling.
+// Limits: load changes as large as the valve's steps hide the dwelling.
 #pragma once
 
 #include <cstddef>
@@ -29,7 +31,7 @@ struct Dwell {
   double late = 0.5;
   double sticky_words = 0.0;
   double sticky_pairs = 0.0;
-  double heavy_tails = 0.0;       // kurtosis of the changes behind, log2 over 3
+  double heavy_tails = 0.0;       // kurtosis of the changes of `behind`, log2 over 3
   double output_tails = 0.0;      // the same of CO
   double travel_scatter = 0.0;    // of CO between its turns, quartile range over median, at most 3
   double duration_scatter = 0.0;  // of the time between the turns, the same

@@ -15,7 +15,7 @@
 namespace loopwarden::diagnosis {
 namespace {
 
-// How many times better the second shape fits, as a bounded logarithm.
+// Returns how many times better the second shape fits, as a bounded logarithm.
 double log_ratio(double first, double second) {
   return std::clamp(std::log((first + 0.005) / (second + 0.005)), -3.0, 3.0);
 }

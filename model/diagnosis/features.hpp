@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// All that is measured on a record to judge its valve, as one list of numbers without unit, each bounded
-// and independent of sample time and span. docs/diagnose.md explains every kind.
+// All measures of a record for the judgement of its valve, as one list of numbers without unit.
+// Each is bounded and independent of sample time and span. docs/diagnose.md explains every kind.
 #pragma once
 
 #include <array>
@@ -20,7 +20,7 @@ struct FeaturesAndFit {
   ValveFit fit;
 };
 
-// `prepared` must not carry a refusal.
+// Returns the features. `prepared` must not have a refusal.
 FeaturesAndFit find_features(const Prepared& prepared);
 
 }  // namespace loopwarden::diagnosis

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// Loops that swing together: which ones, and where to look first.
+// Groups of loops that swing together, with the likely source of each group.
 //
-// Sorted by period, two neighbours belong together where their periods differ by no more than 4 % (one cycle in
-// twenty-five). In a group the likely source stands first: loops whose valve shows an effect by the probability of that, then
-// those with the strongest nonlinearity (nonlinearity.hpp), the shorter name first where they are equal.
+// Loops are sorted by period. Two neighbours belong together if their periods differ by at most 4 %
+// (one cycle in twenty-five). In a group the likely source is first. Loops whose valve shows an
+// effect are sorted by its probability. Then follow the others, by nonlinearity (nonlinearity.hpp).
+// Of equals, the shorter name is first.
 //
-// What it can't do: it is a list to look at, no finding. Loops that swing at one period by chance are in it; that a group
-// lies in one part of the plant nobody told the survey.
+// Limits: a group is a list for inspection, not a finding. It includes loops that have the same
+// period by chance. The survey doesn't know which loops share a part of the plant.
 #pragma once
 
 #include <cstddef>
@@ -22,7 +23,7 @@ struct Swinging {
   std::size_t loop = 0;  // of the caller's list
   std::string tag;
   double period_s = 0.0;
-  double valve_probability = 0.0;  // of a valve effect that is named; 0: none is
+  double valve_probability = 0.0;  // of a named valve effect; 0: no such effect
   double nonlinearity = 0.0;
 };
 
@@ -31,7 +32,7 @@ struct Group {
   std::vector<std::size_t> loops;  // the likely source first
 };
 
-// Of two loops at least, the largest first.
+// Returns groups of at least two loops, the largest first.
 std::vector<Group> find_groups(std::span<const Swinging> loops);
 
 }  // namespace loopwarden::diagnosis

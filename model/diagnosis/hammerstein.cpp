@@ -21,7 +21,8 @@ constexpr std::size_t kLeastBlocks = 100;
 constexpr std::size_t kMostBlocks = 2000;  // longer records are averaged first
 constexpr std::size_t kParts = 8;
 constexpr std::size_t kLeastReversals = 2;  // with fewer a band is no more than an offset
-constexpr double kQuietest = 0.05;  // of the median part's power: a part quieter weighs no more
+constexpr double kQuietest =
+    0.05;  // of the median part's power: lower limit for the weight of a quiet part
 constexpr double kLowest = -0.5;
 constexpr double kHighest = 1.0;
 
@@ -40,8 +41,8 @@ struct HammersteinFit {
   double second = 0.0;
 };
 
-// PV less what its own past, a constant and a trend explain; the inputs are made orthogonal to the same, so that each dead
-// time is a regression on two columns.
+// PV without the part that its own past, a constant and a trend explain. The inputs are orthogonal
+// to the same columns, so each dead time is a regression on two columns.
 class OneStepAhead {
  public:
   explicit OneStepAhead(const Series& y) : count_(y.size() - kInputLags) {
@@ -101,7 +102,7 @@ class OneStepAhead {
     return best;
   }
 
-  // Sum of squares of what the fit leaves, part by part.
+  // Returns the sum of squares of the fit's error, part by part.
   Parts left_by(const HammersteinFit& fit, const Series& v) const {
     Series left = rest_;
     if (fit.found) {
@@ -180,7 +181,7 @@ class OneStepAhead {
   std::vector<Series> basis_;  // of the weighted rows
   Series rest_;
   double power_ = 0.0;
-  std::vector<Series> weighted_basis_;  // times the weights once more, for inputs as they are
+  std::vector<Series> weighted_basis_;  // with the weights applied twice, for inputs as they are
   Series weighted_rest_;
 };
 

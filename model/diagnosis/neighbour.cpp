@@ -33,7 +33,7 @@ constexpr std::size_t kShifts = 20;
 constexpr double kLeastGain = 0.1;
 constexpr double kLeastPart = 0.05;
 constexpr double kOtherWay = 4.0;
-constexpr std::size_t kBin = 4;  // samples, for the first look at many pairs
+constexpr std::size_t kBin = 4;  // samples, for the first check of many pairs
 constexpr double kFirstLook = 4.0;
 
 constexpr std::size_t kOwn = 2 * kHistoryLags;
@@ -54,7 +54,8 @@ std::vector<double> scaled(std::span<const double> x) {
   return z;
 }
 
-// Coefficients of the first `count` regressors; the value stands behind all of them.
+// Returns the coefficients of the first `count` regressors. The predicted value follows after all
+// regressors.
 Eigen::VectorXd coefficients(const Gram& gram, Eigen::Index count) {
   const Eigen::Index value = gram.cols() - 1;
   Gram normal = gram.topLeftCorner(count, count);
@@ -68,7 +69,8 @@ double sum_of_squares(const Gram& gram, const Eigen::VectorXd& b) {
          b.dot(gram.topLeftCorner(b.size(), b.size()) * b);
 }
 
-// Own past of PV and CO, the other's past `shift` samples away where there is one, and the value: false where one is missing.
+// Fills a row: own past of PV and CO, the other's past `shift` samples away (if any), and the
+// value. False if one is missing.
 bool fill_row(const LoopMoves& own, const LoopMoves* other, std::size_t shift, std::size_t k,
               Eigen::Ref<Eigen::VectorXd> row) {
   Eigen::Index at = 0;
@@ -137,7 +139,8 @@ void find_jumps(LoopMoves& loop) {
                        : std::sqrt(sum / static_cast<double>(loop.jumps.size()));
 }
 
-// Moves of the victim at the source's jumps, where it is the source that jumps, in the direction of each.
+// Collects moves of the victim at those jumps that the source makes itself, in the direction of
+// each.
 void moves_at_jumps(const LoopMoves& source, const LoopMoves& victim, std::size_t shift,
                     std::vector<double>& moves) {
   moves.clear();
@@ -213,7 +216,7 @@ Gain gain(const LoopMoves& source, const LoopMoves& victim, std::size_t shift) {
   return {1.0 - with / without, least};
 }
 
-// Largest squared correlation of the unforeseen moves within a sample.
+// Returns the largest squared correlation of the unpredicted moves within a sample.
 double at_once(const LoopMoves& a, const LoopMoves& b) {
   const std::size_t n = a.unforeseen.size();
   const double squares = std::pow(

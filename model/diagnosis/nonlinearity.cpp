@@ -25,7 +25,7 @@ constexpr double kLeastPeriods = 4.0;
 
 using Series = std::vector<double>;
 
-// Ends that meet: the spectrum of a piece whose ends differ has what its signal has not.
+// Returns a piece whose ends meet. Ends that differ add a spectrum that the signal doesn't have.
 std::span<const double> matched_ends(std::span<const double> y, std::size_t cycle) {
   std::size_t best_from = 0;
   std::size_t best_to = y.size();
@@ -52,7 +52,7 @@ double foretold(const Series& y) {
   for (std::size_t i = 0; i < rows; ++i) {
     nearest.fill(1e300);
     for (std::size_t j = 0; j < rows; ++j) {
-      // Rows that overlap are neighbours in time, not in shape.
+      // Rows that overlap are neighbours in time, and not in shape.
       if (i < j + kEmbedding && j < i + kEmbedding) continue;
       double distance = 0.0;
       for (std::size_t k = 0; k < kEmbedding && distance < nearest.back(); ++k) {

@@ -16,7 +16,7 @@ constexpr std::size_t kMostIntervals = 10;
 constexpr double kHighestRegularity = 20.0;
 constexpr double kRegularityThatCounts = 3.0;
 
-// The autocorrelation, lag by lag as far as it is asked for: an oscillation needs only a few periods.
+// The autocorrelation, computed lag by lag on demand: an oscillation needs only a few periods.
 class Autocorrelation {
  public:
   explicit Autocorrelation(std::span<const double> x) : centred_(x.begin(), x.end()) {
@@ -34,7 +34,7 @@ class Autocorrelation {
   double power_ = 0.0;
 };
 
-// Lags at which the autocorrelation crosses zero, between samples.
+// Returns the lags at which the autocorrelation crosses zero, interpolated between samples.
 Series crossings_of(const Autocorrelation& acf, std::size_t max_lag) {
   Series crossings;
   double side = 1.0;

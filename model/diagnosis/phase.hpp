@@ -1,25 +1,28 @@
 // SPDX-License-Identifier: Apache-2.0
-// Phase evidence: is the cross-correlation of CO and PV odd (a valve) or even (no valve)?
+// Phase evidence: measures whether the cross-correlation of CO and PV is odd (a valve) or even (no
+// valve).
 //
 //   c(k) = sum PV(i + k) CO(i),  |k| <= P/2
 //   odd  = S (c(k) - c(-k))^2 / [S (c(k) - c(-k))^2 + S (c(k) + c(-k))^2]
 //   ph   = mean over three scales (scales.hpp) of log(odd / (1 - odd)),  odd within 0.01 to 0.99
 //
-// ph from -4.6 (CO and PV in step or in opposition) to +4.6 (a quarter period apart); above 0 speaks for the valve.
-// PV itself, not PV - SP: a set point that moves makes CO move, and a healthy valve makes PV follow.
+// ph from -4.6 (CO and PV in step or in opposition) to +4.6 (a quarter period apart); above 0
+// indicates the valve. PV itself, not PV - SP: a set point that moves makes CO move, and a healthy
+// valve makes PV follow.
 //
-// Source: A. Horch, "A simple method for detection of stiction in control valves", Control Engineering Practice
-// 7 (1999); share of energy and scales in place of its two lags.
+// Source: A. Horch, "A simple method for detection of stiction in control valves", Control
+// Engineering Practice 7 (1999); share of energy and scales in place of its two lags.
 //
-// What it can't do: on integrating processes, and where integral control meets a slow load at a constant set point, the
-// phase is a quarter period without any stiction.
+// Limits: on integrating processes, and with integral control of a slow load at a constant set
+// point, the phase is a quarter period without any stiction.
 #pragma once
 
 #include "model/diagnosis/scales.hpp"
 
 namespace loopwarden::diagnosis {
 
-// 0 to 1 of two series of one length about their means, `period` in samples; 0 without movement.
+// Returns the odd share, 0 to 1, of two series of one length about their means, `period` in
+// samples; 0 without movement.
 double odd_share(std::span<const double> pv, std::span<const double> co, double period);
 double phase_evidence(const Scales& pv, const Scales& co, double period);
 

@@ -14,9 +14,9 @@ namespace {
 constexpr std::array kPlayBands{0.15, 0.25, 0.35, 0.45, 0.55, 0.65, 0.75, 0.85, 0.9};
 constexpr std::size_t kPlayDeadTimes = 8;
 constexpr std::array kPlayLags{0.0, 0.04};  // of the period
-constexpr double kSettled = 0.01;           // of the variance: what neither need explain
+constexpr double kSettled = 0.01;           // of the variance: no fit need explain it
 
-// Of PV on v behind a dead time and a lag.
+// Returns the best R^2 of PV on v after a dead time and a lag.
 double best_r2(const Series& y, const Series& v, double period) {
   const auto longest = static_cast<std::size_t>(period / 4.0 + 0.5);
   const std::size_t step = std::max<std::size_t>(1, longest / kPlayDeadTimes);

@@ -1,19 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
-// Play evidence: does PV follow CO through a play better than straight?
+// Play evidence: measures whether PV follows CO better through a play than linearly.
 //
 //   r2_lin   best R^2 of PV on CO, dead time 0 to P/4, lag 0 or 0.04 P
-//   r2_play  best R^2 of PV on play(CO, b R), the same dead times and lags, b 0.15 to 0.9, R the range of CO from 2 to 98 %
-//   pl       mean over three scales (scales.hpp) of log[(1 - r2_lin + 0.01) / (1 - r2_play + 0.01)],
-//            within -1.5 to 1.5
+//   r2_play  best R^2 of PV on play(CO, b R), the same dead times and lags, b 0.15 to 0.9, R the
+//            range of CO from 2 to 98 %
+//   pl       mean over three scales (scales.hpp) of
+//            log[(1 - r2_lin + 0.01) / (1 - r2_play + 0.01)], within -1.5 to 1.5
 //
-// Above 0 speaks for the valve. The short lag is that of the transmitter and the process: without it a band, which is rounded at
-// its corners too, stands for it. A longer one rounds the corners of a play away.
+// Above 0 indicates the valve. The short lag is that of the transmitter and the process. Without
+// it a band would replace the lag, because both round the corners. A longer lag rounds the corners
+// of a play away.
 //
-// Source: fit of PV over CO with and without the valve's loop, after M. A. A. S. Choudhury, S. L. Shah, N. F. Thornhill
-// and D. S. Shook, Control Engineering Practice 14 (2006), who fit an ellipse; play operator as in
-// model/effects/backlash/backlash.hpp.
+// Source: fit of PV over CO with and without the valve's loop, after M. A. A. S. Choudhury, S. L.
+// Shah, N. F. Thornhill and D. S. Shook, Control Engineering Practice 14 (2006), who fit an
+// ellipse; play operator as in model/effects/backlash/backlash.hpp.
 //
-// What it can't do: a longer lag makes a loop of PV over CO too, so alone it is a weak witness.
+// Limits: a longer lag also makes a loop of PV over CO, so this indicator is weak without the
+// others.
 #pragma once
 
 #include "model/diagnosis/scales.hpp"

@@ -12,8 +12,8 @@ namespace loopwarden::diagnosis {
 namespace {
 
 constexpr std::size_t kLongestGap = 10;  // samples that are filled
-constexpr double kManualShare = 0.2;     // of the record with CO standing still
-constexpr double kFrozenShare = 0.3;     // of the record with PV standing still while CO moves
+constexpr double kManualShare = 0.2;     // of the record with CO at rest
+constexpr double kFrozenShare = 0.3;     // of the record with PV at rest while CO moves
 constexpr double kFreeShare =
     0.25;  // of the samples, in a row away from the limits, that can be judged
 constexpr double kCutFrom = 0.03;    // of the samples at the limits: judge the part away from them
@@ -35,8 +35,9 @@ constexpr double kFollowsSetPoint = 0.8;   // correlation of PV with SP
 constexpr double kComesBack = 0.5;         // correlation of CO with SP
 
 constexpr const char* kLimitedReason =
-    "in more than a third of the samples CO is at a limit, or stands still while PV stays far from "
-    "SP: the valve is too small, SP is out of reach, or the controller is stopped or in manual";
+    "in more than a third of the samples CO is at a limit, or does not move while PV stays far "
+    "from SP: the valve is too small, SP is out of reach, or the controller is stopped or in "
+    "manual";
 
 struct Part {
   std::size_t from = 0;
@@ -48,13 +49,13 @@ bool complete(const RoutineRecord& r, std::size_t k) {
   return std::isfinite(r.pv[k]) && std::isfinite(r.co[k]);
 }
 
-// Samples from which on a CO that stands still is in manual or at a limit.
+// Returns the samples after which a resting CO is in manual or at a limit.
 std::size_t standstill_length(std::size_t samples) {
   return std::max<std::size_t>(
       3 * kLongestGap, static_cast<std::size_t>(kManualShare * static_cast<double>(samples)));
 }
 
-// Least and greatest of the values that are there.
+// Returns the least and greatest of the finite values.
 std::pair<double, double> range_of(std::span<const double> x) {
   double low = std::numeric_limits<double>::infinity();
   double high = -low;
@@ -66,7 +67,7 @@ std::pair<double, double> range_of(std::span<const double> x) {
   return {low, high};
 }
 
-// Samples that count: complete, and not in a stretch in which CO stands still for long.
+// Returns the samples that count: complete, and not in a stretch in which CO rests for long.
 std::vector<char> automatic_samples(const RoutineRecord& r) {
   const std::size_t n = r.pv.size();
   const std::size_t standstill = standstill_length(n);
@@ -82,7 +83,8 @@ std::vector<char> automatic_samples(const RoutineRecord& r) {
   return counts;
 }
 
-// The longest part without a gap of more than kLongestGap samples, beginning and ending complete.
+// Returns the longest part without a gap of more than kLongestGap samples, beginning and ending
+// complete.
 Part longest_part(const RoutineRecord& r) {
   const std::vector<char> counts = automatic_samples(r);
   Part best;
@@ -115,8 +117,9 @@ Series filled(std::span<const double> x) {
   return any ? out : Series{};
 }
 
-// Samples at which CO rests at an end of its span, or at the highest or lowest value of the record for so long that a limit
-// holds it there: the ends that a controller is held to are seldom in the log.
+// Returns the samples at which CO rests at an end of its span. A long rest at the record's highest
+// or lowest value counts too, because a limit holds CO there. The limits of a controller are seldom
+// in the log.
 std::vector<char> rests_at_limit(const Series& co, double span_low, double span_high) {
   const auto [low, high] = std::minmax_element(co.begin(), co.end());
   const double tolerance = kSameValue * (*high - *low);
@@ -142,7 +145,7 @@ std::vector<char> rests_at_limit(const Series& co, double span_low, double span_
                 resting.begin() + static_cast<std::ptrdiff_t>(part.to), 1);
     }
   }
-  // A CO that goes beyond the span that was told has another span.
+  // If CO exceeds the given span, it has another span.
   const bool low_known = *low >= span_low - near_end;
   const bool high_known = *high <= span_high + near_end;
   for (std::size_t k = 0; k < co.size(); ++k) {
@@ -154,7 +157,7 @@ std::vector<char> rests_at_limit(const Series& co, double span_low, double span_
   return resting;
 }
 
-// The longest part away from the limits; a rest shorter than kLongestGap is part of it.
+// Returns the longest part away from the limits; a rest shorter than kLongestGap is part of it.
 Part longest_free_part(const std::vector<char>& resting) {
   Part best;
   Part part;
@@ -168,7 +171,8 @@ Part longest_free_part(const std::vector<char>& resting) {
   return best;
 }
 
-// Share of variance in the differences of neighbours that a smooth movement can't explain.
+// Returns the share of variance in the differences of neighbours that a smooth movement can't
+// explain.
 double noise_share(const Series& x) {
   const double v = numeric::variance(detrended(x));
   if (v <= 0.0 || x.size() < 4) return 0.0;
@@ -180,14 +184,15 @@ double noise_share(const Series& x) {
   return std::min(1.0, sum / (20.0 * static_cast<double>(x.size() - 3)) / v);
 }
 
-// Share of the samples at which PV is exactly what it was: coarse resolution, or an analyser.
+// Returns the share of the samples at which PV is exactly as before: coarse resolution, or an
+// analyser.
 double held_share(const Series& x) {
   std::size_t held = 0;
   for (std::size_t k = 1; k < x.size(); ++k) held += x[k] == x[k - 1] ? 1U : 0U;
   return static_cast<double>(held) / static_cast<double>(x.size());
 }
 
-// To a standard deviation of 1, upsets cut back; returns the scale.
+// Scales to a standard deviation of 1 and cuts upsets back; returns the scale.
 double scale(Series& x) {
   const double half_range = (numeric::quantile(x, 0.95) - numeric::quantile(x, 0.05)) / 2.0;
   if (half_range > 0.0) {
@@ -206,7 +211,7 @@ bool moves(const Series& x, double least) {
   return *high - *low > least;
 }
 
-// PV follows an SP that moves: SP explains some of PV, and PV stays about it.
+// Returns whether PV follows a moving SP: SP explains some of PV, and PV stays near it.
 bool follows(const Series& pv, const Series& sp) {
   if (sp.empty() || numeric::variance(sp) <= 0.0) return false;
   Series error(pv.size());
@@ -225,7 +230,8 @@ bool stands_still(std::span<const double> x) {
   return first != nullptr;
 }
 
-// PV exactly the same for long while CO moves. An analyser or a historian holds it far shorter.
+// Returns whether PV is exactly the same for long while CO moves. An analyser or a historian holds
+// it far shorter.
 bool frozen(const Series& pv, const Series& co) {
   const auto longest = static_cast<std::size_t>(kFrozenShare * static_cast<double>(pv.size())) + 1;
   std::size_t since = 0;
@@ -268,7 +274,7 @@ bool no_flow(const Series& pv, const Series& co, const Series& sp, const Routine
   return moves(co, kTravel * (record.co_high - record.co_low)) && at_zero(pv, scale_of(pv, sp));
 }
 
-// Noise of PV between neighbours, PV units.
+// Returns the noise of PV between neighbours, PV units.
 double noise_of(std::span<const double> pv) {
   Series steps;
   for (std::size_t k = 1; k < pv.size(); ++k) {
@@ -279,7 +285,8 @@ double noise_of(std::span<const double> pv) {
   return steps.empty() ? 0.0 : 1.05 * numeric::median(std::move(steps));  // 1.4826 / sqrt(2)
 }
 
-// PV is off SP on one side during `part`: by more than its noise and `share` of the scale.
+// Returns whether PV is off SP on one side during `part`, by more than its noise and `share` of the
+// scale.
 bool off_set_point(const RoutineRecord& r, Part part, double share, double noises, double scale) {
   Series error;
   for (std::size_t k = part.from; k < part.to; ++k) {
@@ -296,9 +303,9 @@ bool off_set_point(const RoutineRecord& r, Part part, double share, double noise
   return static_cast<double>(beyond) >= kOneSide * static_cast<double>(error.size());
 }
 
-// Returns the samples at which CO is at an end of its span, or stands still for long while PV stays
-// far from SP. A long rest does not count if PV is at SP (nothing to correct) or at zero (the valve
-// is shut, or there is no flow).
+// Returns the samples at which CO is at an end of its span, or rests for long while PV stays
+// far from SP. A long rest does not count if PV is at SP (no error to correct) or at zero (the
+// valve is shut, or there is no flow).
 std::vector<char> limited_samples(const RoutineRecord& r) {
   const std::size_t n = r.pv.size();
   std::vector<char> limited(n, 0);
@@ -366,7 +373,7 @@ Prepared prepare(const RoutineRecord& record) {
     return p;
   }
   if (stands_still(record.co)) {
-    p.refusal = "the controller output does not move: manual, or nothing to correct";
+    p.refusal = "the controller output does not move: manual, or no error to correct";
     p.settle = "a record of at least an hour in automatic";
     return p;
   }
@@ -393,15 +400,15 @@ Prepared prepare(const RoutineRecord& record) {
     return p;
   }
   if (!moves(co, kLeastMovement * (record.co_high - record.co_low))) {
-    p.refusal = "the controller output does not move: manual, or nothing to correct";
+    p.refusal = "the controller output does not move: manual, or no error to correct";
     p.settle = "a record of at least an hour in automatic";
     return p;
   }
   if (no_flow(pv, co, sp, record)) {
     p.gate = Gate::no_flow;
     p.refusal =
-        "PV stays at zero while CO travels: no flow (line shut, pump off), nothing is seen of the "
-        "valve";
+        "PV stays at zero while CO travels: no flow (line shut, pump off), so the valve can't be "
+        "judged";
     p.settle = "a record with flow";
     return p;
   }
@@ -425,8 +432,8 @@ Prepared prepare(const RoutineRecord& record) {
     if (p.share_at_limit > kClampedShare || inside.size() < least) {
       call_saturated(p, p.share_at_limit > kClampedShare
                             ? "CO rests at its limits in more than a third of the samples"
-                            : "CO runs into its limits again and again, and no stretch between is "
-                              "long enough to be judged");
+                            : "CO reaches its limits repeatedly, and no part between is long "
+                              "enough to be judged");
       return p;
     }
     const auto cut = [&inside](Series& x) {
@@ -440,7 +447,7 @@ Prepared prepare(const RoutineRecord& record) {
     p.from += inside.from;
     p.used = pv.size();
     if (!moves(co, kLeastMovement * (record.co_high - record.co_low)) || !moves(pv, 0.0)) {
-      call_saturated(p, "CO moves only where it runs into its limits");
+      call_saturated(p, "CO moves only when it reaches its limits");
       return p;
     }
   }

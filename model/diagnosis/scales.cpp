@@ -13,7 +13,7 @@ double autocovariance(const Series& x, std::size_t lag) {
   return dot(x.data() + lag, x.data(), x.size() - lag);
 }
 
-// Four times the first zero, or 0 where there is none.
+// Returns four times the first zero, or 0 without a zero.
 double quadruple_zero(const Series& x, double power) {
   double before = power;
   for (std::size_t lag = 1; lag < x.size() / 2; ++lag) {

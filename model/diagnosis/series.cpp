@@ -7,7 +7,7 @@
 #include "model/numeric/statistics.hpp"
 
 namespace loopwarden::diagnosis {
-// Four sums side by side: one alone waits for each addition.
+// Four parallel sums: with a single sum each addition waits for the one before.
 double dot(const double* a, const double* b, std::size_t count) {
   std::array<double, 4> sums{};
   std::size_t k = 0;

@@ -12,12 +12,13 @@ namespace loopwarden::diagnosis {
 namespace {
 
 constexpr double kAtLimit = 0.001;         // of the CO span
-constexpr std::size_t kMostDeadTime = 60;  // samples that are looked at for the dead time
+constexpr std::size_t kMostDeadTime = 60;  // largest dead time
 
 bool known(double v) noexcept { return std::isfinite(v); }
 
-// RMS of white noise on a signal whose own curvature is smaller: median of squares, 0.455 for one degree of freedom.
-double signal_noise(std::span<const double> y) {
+// RMS of white noise on a signal whose own curvature is smaller: median of squares, 0.455 for one
+// degree of freedom.
+double noise_of(std::span<const double> y) {
   std::vector<double> squares;
   for (std::size_t k = 1; k + 1 < y.size(); ++k) {
     const double d2 = y[k + 1] - 2.0 * y[k] + y[k - 1];
@@ -27,7 +28,8 @@ double signal_noise(std::span<const double> y) {
                          : std::sqrt(numeric::quantile_in_place(squares, 0.5) / (6.0 * 0.455));
 }
 
-// Travel of CO in moves that are larger than its noise: a turn counts when CO has come back by more than that.
+// Computes the travel of CO in moves that are larger than its noise. A turn counts when CO has
+// returned by more than the noise.
 void travel_of(std::span<const double> co, double hours, WindowFindings& window) {
   const double step = std::max(3.0 * signal_noise(co), 1e-9);
   double anchor = std::numeric_limits<double>::quiet_NaN();

@@ -1,17 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-// Figures of one window of one loop, such as a shift of eight hours, without a model and without tuning. What is wrong with
-// the loop is judged apart from them (diagnosis/diagnosis.hpp).
+// The figures of one window of one loop, such as a shift of eight hours, without a model and
+// without tuning. The faults of the loop are judged separately (diagnosis/diagnosis.hpp).
 //
-//   automatic   share of the samples in automatic; NaN where the export has no mode
+//   automatic   share of the samples in automatic; NaN if the export has no mode
 //   complete    share of the samples with PV and CO
 //   saturated   share of the samples in which CO is at its highest or lowest value of the range
 //   error       RMS of PV - SP, PV units; NaN without SP
 //   crossings   of PV through SP, 1/h
-//   variability share of the variance that could be foretold one dead time ahead (variability.hpp)
-//   travel      sum of |CO(k) - CO(k-1)| beyond the noise of CO, CO units/h; reversals: changes of its direction, 1/h
+//   variability share of the variance that is predictable one dead time ahead (variability.hpp)
+//   travel      sum of |CO(k) - CO(k-1)| beyond the noise of CO, CO units/h; reversals: changes of
+//               its direction, 1/h
 //   noise       PV units: from second differences, sqrt(median (d2 y)^2 / (6 * 0.455))
 //
-// What it can't do: dead time is an estimate from CO and PV together, at least one sample.
+// Limits: the dead time is an estimate from CO and PV together, at least one sample.
 #pragma once
 
 #include <cstddef>
@@ -24,7 +25,7 @@
 
 namespace loopwarden::diagnosis {
 
-// Columns of one length; `sp` and `automatic` (1 yes, 0 no, NaN not known) may be empty.
+// Columns of one length; `sp` and `automatic` (1 yes, 0 no, NaN unknown) may be empty.
 struct LoopSamples {
   std::span<const double> pv, co, sp, automatic;
   double sample_time_s = 1.0;
@@ -47,8 +48,8 @@ struct WindowFindings {
 
 WindowFindings judge_window(const LoopSamples& samples);
 
-// Causes of a loop's windows in the order of time: the first of those up to the last that all are `cause`. Nothing where the
-// last one is another.
+// Returns the index of the first window from which all causes up to the newest are `cause`; empty
+// if the newest one is another. `causes` are in the order of time.
 std::optional<std::size_t> cause_since(std::span<const diagnosis::Cause> causes,
                                        diagnosis::Cause cause);
 

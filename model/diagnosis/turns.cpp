@@ -13,7 +13,7 @@ namespace loopwarden::diagnosis {
 namespace {
 
 constexpr double kTurnDepth = 0.25;        // of the range of CO
-constexpr double kLeastScatter = 1e-6;     // stands for none
+constexpr double kLeastScatter = 1e-6;     // used instead of 0
 constexpr double kSteadyTravel = 0.3;      // scatter
 constexpr double kSteadyCycle = 0.4;       // scatter
 constexpr double kClockwork = 0.06;        // scatter of the cycle
@@ -101,7 +101,7 @@ Turns find_turns(std::span<const double> co) {
   }
   found.travel_scatter = std::hypot(scatter(travels[0]), scatter(travels[1])) / std::sqrt(2.0);
   found.cycle_scatter = scatter(cycles);
-  // Exactly kept is known, too.
+  // A scatter of exactly 0 is a valid result too.
   if (fours.size() >= kLeastFours) {
     found.four_cycle_scatter =
         std::max(quartile_range(fours) / numeric::median(cycles), kLeastScatter);

@@ -15,8 +15,8 @@ namespace {
 constexpr double kWhitening = 0.9;
 constexpr std::size_t kDeadTimes = 9;
 constexpr double kLongestDeadTime = 0.5;    // periods
-constexpr std::size_t kMostSamples = 1200;  // more bring nothing but time
-// Time constants over the period; the last stands for an integrating process.
+constexpr std::size_t kMostSamples = 1200;  // more only take time
+// Time constants over the period. The last one represents an integrating process.
 constexpr std::array<double, 6> kTimeConstants{0.0, 0.04, 0.1, 0.25, 0.7, -1.0};
 constexpr std::array<double, 8> kBands{0.15, 0.25, 0.4, 0.55,
                                        0.7,  0.8,  0.9, 0.97};  // of CO's range
@@ -38,10 +38,10 @@ struct Target {
   std::size_t window = 0;
 };
 
-// R^2 of y on z delayed by d samples, 0 where the gain has the wrong sign.
+// Returns R^2 of y on z delayed by d samples; 0 if the gain has the wrong sign.
 double explained(const Series& y, const Series& z, std::size_t d, std::size_t from, double action,
                  double whitening) {
-  // Four sums side by side: one alone waits for each addition.
+  // Four parallel sums: with a single sum each addition waits for the one before.
   constexpr std::size_t kLanes = 4;
   std::array<double, kLanes> yy_of{};
   std::array<double, kLanes> yz_of{};

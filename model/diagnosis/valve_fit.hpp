@@ -1,21 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
-// A process, with and without a valve that sticks, fitted from CO to PV in free run.
+// Fits a process, with and without a sticking valve, from CO to PV in free run.
 //
 //   v = CO                                   no valve effect
 //   v = play(CO, s)                          backlash
 //   v = stiction(CO, s, j)                   stiction (stiction_choudhury.hpp), s and j on a grid
 //   z(k) = a z(k-1) + (1 - a) v(k - d),  1 - a -> 1 at a = 1 (integrating);  PV = K z + slow load
 //
-// K by least squares and of the sign that the controller's action demands; pole a and dead time d on a
-// grid, the same for all three. Both sides are high-passed alike, which takes the slow load out; fits
-// are judged twice, as they are and with errors whitened by 1 - 0.9 q^-1, which takes a random load
-// into account. All three have the same freedom of phase, so what the valve effects gain is shape.
+// K is from least squares, with the sign that the controller's action requires. Pole a and dead
+// time d are on a grid, the same for all three. Both sides have the same high-pass, which removes
+// the slow load. Fits are judged twice: as they are, and with errors whitened by 1 - 0.9 q^-1,
+// which takes a random load into account. All three have the same freedom of phase, so the gain
+// of a valve effect is its shape.
 //
-// Source: the scheme of R. Srinivasan, R. Rengaswamy, S. Narasimhan and R. Miller, Ind. Eng. Chem. Res.
-// 44 (2005), and M. Jelali, J. Process Control 18 (2008), with grids in place of a global search.
+// Source: the scheme of R. Srinivasan, R. Rengaswamy, S. Narasimhan and R. Miller, Ind. Eng. Chem.
+// Res. 44 (2005), and M. Jelali, J. Process Control 18 (2008), with grids in place of a global
+// search.
 //
-// What it can't do: alone it is a weak witness, as a valve model fits loads too; no second order; gain
-// and load that change.
+// Limits: this indicator is weak without the others, as a valve model fits loads too. It has no
+// second order, and no gain or load that change.
 #pragma once
 
 #include <cstddef>
@@ -42,10 +44,10 @@ struct ValveFit {
   double backlash_deadband = 0.0;  // CO units, of the best backlash
   double output_range = 0.0;       // CO units, of CO about its slow course, from 3 to 97 %
   double band_share = 0.0;         // s over the range of CO
-  double pole_share = 0.0;         // time constant over the period; 3 where integrating
+  double pole_share = 0.0;         // time constant over the period; 3 if integrating
 };
 
-// `action` as in ControllerFit.
+// Returns the fit. `action` as in ControllerFit.
 ValveFit fit_valve(const Prepared& prepared, double action);
 
 }  // namespace loopwarden::diagnosis

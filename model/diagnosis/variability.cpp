@@ -30,7 +30,7 @@ double variability(std::span<const double> y, std::size_t dead_time) {
   right.setZero();
   double total = 0.0;
   std::size_t rows = 0;
-  // A missing sample leaves out the rows that reach back to it.
+  // A missing sample excludes the rows that include it.
   std::size_t whole_since = 0;
   for (std::size_t k = 0; k < y.size(); ++k) {
     if (!std::isfinite(y[k])) {

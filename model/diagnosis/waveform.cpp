@@ -18,7 +18,7 @@ constexpr double kShapeCrossingDepth = 0.3;   // of the RMS
 constexpr std::size_t kLeastInHalfCycle = 4;  // samples
 constexpr std::size_t kMeanCyclePoints = 32;
 
-// First samples of the half cycles, the last entry being the end of the last one.
+// Returns the first samples of the half cycles; the last entry is the end of the last one.
 std::vector<std::size_t> half_cycles(const Series& smooth, double depth, bool& first_rises) {
   std::vector<std::size_t> starts;
   int side = 0;
@@ -45,7 +45,7 @@ double flat_top(double t, double rise, double fall) {
   return std::min({1.0, rise > 0.0 ? t / rise : 1.0, fall > 0.0 ? (1.0 - t) / fall : 1.0});
 }
 
-// Least energy that a multiple of the shape leaves; `shape(t)` at t in (0, 1).
+// Returns the least energy that remains after a multiple of the shape; `shape(t)` at t in (0, 1).
 template <class Shape>
 double energy_left(std::span<const double> x, Shape shape) {
   double xs = 0.0;

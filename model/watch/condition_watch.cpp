@@ -9,7 +9,7 @@
 namespace loopwarden::watch {
 namespace {
 
-// Blocks of a window that a stem's lag is taken from: 4 s of 96 s.
+// Number of blocks per window for the stem's lag: 4 s of 96 s.
 constexpr std::uint64_t kBlocks = 24;
 
 double share(std::uint64_t part, std::uint64_t whole) noexcept {
@@ -39,7 +39,7 @@ void ConditionWatch::add(const Cycle& cycle, const Troubles& troubles) noexcept 
   sums_.cycle_bad += missing + (troubles.cycle_bad ? 1U : 0U);
   sums_.pv_bad += troubles.pv_bad ? 1U : 0U;
   sums_.read_back_bad += read_back_seen_ && !read_back ? 1U : 0U;
-  // While nobody knows where the output stands, there is nothing that the stem could be off.
+  // While the output is unknown, the stem has no reference for its deviation.
   if (read_back && std::isfinite(cycle.co)) {
     ++sums_.compared;
     follow(cycle.co, cycle.stem);
@@ -56,7 +56,7 @@ void ConditionWatch::follow(double co, double stem) noexcept {
     block_start_ = stem;
     block_error_ = 0.0;
   } else {
-    // Trapezoids: a stem that jumps within a cycle was behind for half of it.
+    // Trapezoids: a stem that jumps within a cycle was late for half of it.
     block_error_ += 0.5 * (last_error_ + error);
   }
   last_error_ = error;

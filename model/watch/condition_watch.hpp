@@ -1,28 +1,35 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the five condition indices (model/analysis/condition_index.hpp) are made from while a loop runs.
+// Collects the inputs of the five condition indices (model/analysis/condition_index.hpp) of a
+// running loop.
 //
-// Cycles are counted in stretches of one window's length, in every mode; an index shows the newest full one:
+// Cycles are counted in intervals of one window's length, in every mode. An index shows the newest
+// full one:
 //   read-back bad   share of its cycles without a good read-back, once one has been there
 //   PV bad          share of its cycles with a bad PV
-//   cycle bad       share of its cycles that were late, missing, or whose command did not reach the device
+//   cycle bad       share of its cycles that were late, missing, or whose command did not reach the
+//                   device
 //   deviation       mean |CO - stem|, % of the CO span
-//   lag             s: sum of (mean of CO - stem) (move of the stem) over sum of (move)^2, times the length of a
-//                   block, over the blocks of a 24th of a window in which the stem moves by more
-//                   than `resolution`. Exact for a first-order lag with CO at any course.
-// Windows add the RMS of SP - PV, and the stick band: from the read-back, or the severity of the stiction,
-// backlash or hysteresis that is raised, whichever is larger. That no alarm is raised measures nothing: a fault
-// that the movement does not touch leaves no trace, so the index is not known then.
+//   lag             s: sum of (mean of CO - stem) (move of the stem) over sum of (move)^2, times
+//                   the length of a block, over the blocks of a 24th of a window in which the stem
+//                   moves by more than `resolution`. Exact for a first-order lag with CO at any
+//                   course.
+// Windows add the RMS of SP - PV and the stick band. The stick band is the larger of two values:
+// the one from the read-back, and the severity of an active stiction, backlash or hysteresis alarm.
+// Without an active alarm the index is unknown, because a fault that the movement doesn't reach
+// leaves no trace.
 //
-// The stick from the ellipse of PV and CO does not count: it holds the lag of the process as well, and would
-// blame the valve of every loop that is tuned too sharply. Travel since overhaul is not known here. An alarm
-// counts for as long as it is raised.
+// The stick from the ellipse of PV and CO is not used. It includes the lag of the process and would
+// blame the valve of every loop with tight tuning. Travel since overhaul is not available here. An
+// alarm counts for as long as it is active.
 //
-// A window may have begun long before a verdict changed: at 1 s a sample it is 16 min long. What it says of the stem is not
-// known, then, until a window and a stretch lie wholly behind the change. A change that a window itself brings about
-// counts from that window on.
+// A window may have begun long before a verdict changed: with a sample time of 1 s it is 16 min
+// long. Its measures of the stem are unknown until a window and an interval are wholly after the
+// change. A change that a window itself causes counts from that window on.
 //
-// Stepped by the caller; no clock, no allocation. Errors: none; what is not known stays NaN.
-// What it can't do: tell play from lag (a stem that follows with a play at constant speed looks late by
+// Stepped by the caller; no clock, no allocation.
+// No errors. Unknown values stay NaN.
+// Limits: it can't separate backlash from lag (a stem that follows with backlash at constant speed
+// looks late by backlash/speed); see a lag while the stem rests.
 // play/speed); see a lag while the stem rests.
 #pragma once
 
@@ -41,18 +48,19 @@ class ConditionWatch {
   explicit ConditionWatch(const WindowSettings& settings, double resolution_percent = 0.2) noexcept;
 
   struct Troubles {
-    bool pv_bad = false;     // not even uncertain
+    bool pv_bad = false;     // worse than uncertain
     bool pv_frozen = false;  // does not change although CO moves
     bool cycle_bad = false;  // late, or the command did not reach the device
   };
   void add(const Cycle& cycle, const Troubles& troubles) noexcept;
-  // `conditions`: of a window that was judged, else null. It ends with the newest cycle.
-  void window(const alarm::WindowMeasures& measures,
-              const alarm::AlarmConditions* conditions) noexcept;
-  // What is known apart from windows, by routine evidence or a twin. True where it is another verdict than before.
-  bool verdict(const alarm::AlarmConditions& conditions) noexcept;
-  // Of a window that ends with the newest cycle: without its stick, where it began before the last change.
-  alarm::WindowMeasures told(alarm::WindowMeasures measures) const noexcept;
+  // Adds a window that ends with the newest cycle. `conditions`: of a judged window, otherwise
+  // null.
+  void window(const WindowMeasures& measures, const AlarmConditions* conditions) noexcept;
+  // Sets the conditions from routine evidence or a twin. Returns true if the verdict has changed.
+  bool verdict(const AlarmConditions& conditions) noexcept;
+  // Returns the measures of a window that ends with the newest cycle. They lack the stick if the
+  // window began before the last change of verdict.
+  WindowMeasures told(WindowMeasures measures) const noexcept;
 
   // No index is known while PV is frozen, because its samples do not show valve and loop.
   analysis::ConditionIndices indices() const noexcept {
@@ -61,7 +69,7 @@ class ConditionWatch {
   const analysis::ConditionInputs& inputs() const noexcept { return inputs_; }
 
  private:
-  // Sums over the stretch that is being counted.
+  // Sums over the interval in progress.
   struct Sums {
     std::uint64_t cycles = 0;  // missing ones included
     std::uint64_t pv_bad = 0;
@@ -79,7 +87,7 @@ class ConditionWatch {
   double co_span_;        // CO units
   double sample_time_s_;  // s, of a cycle
   double resolution_;     // CO units
-  std::uint64_t length_;  // cycles of a stretch
+  std::uint64_t length_;  // cycles of an interval
   std::uint64_t block_;   // cycles of a block
   Sums sums_;
   std::uint64_t in_block_ = 0;
@@ -87,11 +95,11 @@ class ConditionWatch {
   double block_error_ = 0.0;  // CO units, sum of CO - stem
   double last_error_ = 0.0;   // CO units
   std::uint64_t last_period_ = 0;
-  std::uint64_t changed_ = 0;    // first cycle behind the last change of verdict; 0: there was none
-  bool any_ = false;             // a cycle has been seen
-  bool read_back_seen_ = false;  // and a read-back
-  bool pv_frozen_ = false;       // by the newest cycle
-  alarm::AlarmConditions conditions_{};  // the newest
+  std::uint64_t changed_ = 0;     // first cycle after the last change of verdict; 0: no change yet
+  bool any_ = false;              // a cycle has been seen
+  bool read_back_seen_ = false;   // and a read-back
+  bool pv_frozen_ = false;        // by the newest cycle
+  AlarmConditions conditions_{};  // the newest
   analysis::ConditionInputs inputs_;
 };
 

@@ -19,7 +19,7 @@ double resolution_of(const plant::SeenController& seen, double co_span) {
 
 control::PidSettings tolerant(const plant::LoopModel& twin) {
   control::PidSettings settings = twin.controller.pid;
-  // What a converter rounds away is no windup.
+  // The rounding of a converter is no windup.
   if (twin.twin && twin.twin->controller) {
     settings.tolerance = std::max(settings.tolerance, twin.twin->controller->resolution);
   }
@@ -33,7 +33,7 @@ control::PidSettings higher(control::PidSettings settings) {
   return settings;
 }
 
-// The law's output within the range, and its integral towards the measured one.
+// Returns the law's output within the range, and moves its integral towards the measured CO.
 double follow(control::Pid& law, double sp, double pv, double last_co, double co, double share) {
   const control::PidSettings& s = law.settings();
   const double u = std::clamp(law.step(sp, pv, last_co, 0.0), s.output_low, s.output_high);
@@ -104,11 +104,12 @@ void ControllerWatch::end_block() noexcept {
 
 std::string ControllerWatch::why_not() const {
   if (watched_) return "";
-  if (!seen_) return "the twin's healthy record says nothing of it: commission the loop again";
+  if (!seen_)
+    return "the twin's healthy record does not show the controller: commission the loop again";
   return numeric::text(
-      "CO of the healthy record is %.2g of its span from what the controller makes of SP and PV, "
-      "and %.2g is allowed: "
-      "something else moves it (feed-forward, tracking, override), or its settings are not known",
+      "CO of the healthy record differs from the controller's result by %.2g of its span, and %.2g "
+      "is allowed: CO has other inputs (feed-forward, tracking, override), or the settings are "
+      "unknown",
       seen_->rms / co_span_, kWithin * resolution_of(*seen_, co_span_) / co_span_);
 }
 

@@ -1,22 +1,29 @@
 // SPDX-License-Identifier: Apache-2.0
-// Does the controller still do what it did when the loop was commissioned? The twin's controller beside it, from the
-// measured SP and PV to CO, stepped by the caller.
+// Detects whether the controller has changed since the loop was commissioned. The twin's controller
+// runs in parallel, from the measured SP and PV to CO. Stepped by the caller.
 //
-//   u(k)   CO of the twin's law (control/pid.hpp) from SP, PV and the measured CO before, within the output's range
-//   n = CO - u; the law's integral moves by g n, g = h over the loop's answer: where the law began is not known
-//   S <- clamp(S + min(mean n^2/N^2 - limit, kMostInBlock), 0, 2 kAlarm)     over blocks of half an answer
+//   u(k)   CO of the twin's law (control/pid.hpp) from SP, PV and the measured CO before, within
+//          the output's range
+//   n = CO - u; the law's integral moves by g n with g = h over the loop's answer, because its
+//   start
+//          is unknown
+//   S <- clamp(S + min(mean n^2/N^2 - limit, kMostInBlock), 0, 2 kAlarm)
+//          over blocks of half an answer
 //
-// N is what the healthy record left, at least a converter's rounding twice; the limit kLimit. On where S reaches kAlarm,
-// off where it has been below a quarter of it for kQuiet_s. Other gains, a filter, a dead band, other limits and another form all leave CO elsewhere.
+// N is the error that remained in the healthy record, at least twice a converter's rounding. The
+// limit is kLimit. The watch is on when S reaches kAlarm. It is off when S has been below a quarter
+// of kAlarm for kQuiet_s. Other gains, a filter, a dead band, other limits and another form all
+// move CO elsewhere.
 //
-// Watched only where the healthy record's CO is within kWithin of its resolutions (of 12 bits where it is finer), rms: else why_not()
-// says what is known.
+// The controller is watched only if the rms error of the healthy record's CO is within kWithin of
+// its resolutions (of 12 bits if it is finer). Otherwise why_not() returns the reason.
 //
 //   n, N  CO units     S  1
 //
-// Errors: none.
-// What it can't do: say what has changed; see another integral action while SP - PV is 0; follow a controller that
-// something else moves as well (feed-forward, tracking, override, a compensator): that one is not watched.
+// No errors.
+// Limits: it can't name the change; see another integral action while SP - PV is 0; follow a
+// controller whose output has other inputs (feed-forward, tracking, override, a compensator). Such
+// a controller is not watched.
 //
 // Source: Page, Biometrika 41 (1954) 100-115 (cumulative sum).
 #pragma once
@@ -40,23 +47,24 @@ class ControllerWatch {
 
   explicit ControllerWatch(const plant::LoopModel& twin);
 
-  // The loop's cycle in automatic: what the controller read, and CO that it made of it. No allocation.
+  // Adds a cycle in automatic: the inputs of the controller, and its CO. No allocation.
   void add(double sp, double pv, double co) noexcept;
-  // Nothing is known of what the controller did until now.
+  // Restarts the comparison: the controller's actions until now are unknown.
   void restart() noexcept { started_ = false; }
   void restore(bool on) noexcept { on_ = on; }
 
   bool watched() const noexcept { return watched_; }
-  // A sentence; empty where it is watched.
+  // Returns the reason as a sentence; empty if the controller is watched.
   std::string why_not() const;
   bool on() const noexcept { return on_; }
   bool quiet() const noexcept { return sum_ == 0.0; }
   double score() const noexcept { return sum_ / kAlarm; }
   double apart() const noexcept { return apart_; }  // n of the newest sample, CO units
   double size() const noexcept { return size_; }    // mean n^2/N^2 of the newest block
-  double untested_s() const noexcept;               // since gains a quarter off would have shown
-  bool tested() const noexcept { return tested_; }  // ever
-  // Of the healthy record, with what plant::SeenController says.
+  double untested_s()
+      const noexcept;  // since a change of the gains by a quarter would have been detected
+  bool tested() const noexcept { return tested_; }  // at any time
+  // Returns whether the healthy record, in plant::SeenController, allows a watch.
   static bool can_watch(const plant::SeenController& seen, double co_span) noexcept;
 
  private:

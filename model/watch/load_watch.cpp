@@ -8,7 +8,7 @@ namespace loopwarden::watch {
 namespace {
 
 constexpr double kLoadTime_s = 300.0;  // a random load is forgotten in this time
-constexpr double kHealthy_s = 1200.0;  // of the healthy record, at least
+constexpr double kHealthy_s = 1200.0;  // least length of the healthy record
 constexpr std::size_t kFewest = 5;
 
 }  // namespace
@@ -29,7 +29,7 @@ LoadWatch::LoadWatch(const plant::LoopModel& twin)
   const double least = kLeast * twin.transmitter.span();
   const double intensity = load_intensity(twin);
   const double deviation = std::max(seen.deviation, intensity * std::sqrt(0.5 * kLoadTime_s));
-  // The healthy record's own mean is no surer than its length lets it be.
+  // The mean of the healthy record is only as certain as its length allows.
   const double of_mean = 2.0 * kLoadTime_s / kHealthy_s;
   const double of_hours = kLoadTime_s / kHours_s;
   limits_ = {std::max(least, kDeviations * deviation),

@@ -1,19 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
-// Is the load on a loop outside of what its healthy record showed? What its twin needs beside itself, stepped by the caller.
+// Checks whether the disturbance of a loop is outside the range of its healthy record. The
+// disturbance is the difference between PV and the twin's PV. Stepped by the caller.
 //
 //   r = PV - y                     of TwinWatch, PV units
 //   m_j <- m_j + (h/T_j)(r - m_j)  means over minutes, kMinutes_s, and over hours, kHours_s
-//   outside   |m_j - mean| >= kDeviations times the standard deviation that the healthy record and the load's
-//             intensity give m_j, and at least kLeast of the span; until it is below kBack of that
-//   step      means of blocks of half an answer: both newest ones differ from both before the third newest by kDeviations
-//             times what load and noise do in that time, kSlack times the healthy record's largest and kLeast of the span; it stands until the
-//             mean over minutes is back by half of it, at most kStands_s
+//   outside   |m_j - mean| >= kDeviations times the standard deviation of m_j that follows from the
+//             healthy record and the intensity of the disturbance, and at least kLeast of the span;
+//             until it is below kBack of that
+//   step      means of blocks of half an answer: both newest ones differ from both before the third
+//             newest by the largest of: kDeviations times the effect of load and noise in that
+//             time, kSlack times the largest of the healthy record, and kLeast of the span. It
+//             lasts until the mean over minutes has returned by half of it, at most kStands_s
 //
 //   h  s, sample time
 //
-// Errors: none.
-// What it can't do: say where the load comes from; tell a load from a valve or process that has changed: where
-// TwinWatch speaks, r is no load. A twin that does not know its healthy record's load has no watch.
+// No errors.
+// Limits: it can't name the source of the disturbance, or distinguish it from a change of valve or
+// process. When TwinWatch reports a change, r is no disturbance. A twin without the load of its
+// healthy record has no watch.
 //
 // Source: Roberts, Technometrics 1 (1959) 239-250 (control charts of exponentially weighted means).
 #pragma once
@@ -26,12 +30,12 @@
 
 namespace loopwarden::watch {
 
-// Of the model's random load, PV units per root second; 0: none.
+// Returns the intensity of the model's random load, PV units per root second; 0: no load.
 double load_intensity(const plant::LoopModel& model);
 
 struct LoadOutside {
   double size = 0.0;     // PV units, from the healthy record's mean, or of a step
-  double since_s = 0.0;  // so long ago
+  double since_s = 0.0;  // s, age of the event
 };
 
 class LoadWatch {
@@ -46,11 +50,11 @@ class LoadWatch {
 
   explicit LoadWatch(const plant::LoopModel& twin);
 
-  // One cycle; r NaN where the twin can't judge. No allocation.
+  // Adds one cycle. r is NaN if the twin can't judge. No allocation.
   void add(double r) noexcept;
   std::optional<LoadOutside> outside() const noexcept;
 
-  // Of the newest samples, for a healthy record.
+  // The means of the newest samples, for a healthy record.
   double over_minutes() const noexcept { return means_[0]; }
   double step() const noexcept { return step_; }
 
@@ -73,9 +77,9 @@ class LoadWatch {
   std::size_t full_blocks_ = 0;
   double sum_ = 0.0;
   double step_ = 0.0;       // between the newest blocks
-  double stepped_ = 0.0;    // the step that stands; 0: none
-  double from_ = 0.0;       // where it began, PV units
-  double outside_s_ = 0.0;  // so long
+  double stepped_ = 0.0;    // the step in force; 0: no step
+  double from_ = 0.0;       // its start, PV units
+  double outside_s_ = 0.0;  // duration
   double stands_s_ = 0.0;
 };
 

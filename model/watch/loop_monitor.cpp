@@ -12,7 +12,7 @@ void LoopMonitor::restore(alarm::AlarmKind kind, bool on, double severity_percen
     return;
   }
   told_[index_of(kind)].on = on;
-  // Without specialists nothing but routine evidence will ever speak against it.
+  // Without specialists, only routine evidence can clear the condition.
   if (judge_ == nullptr && routine_) {
     routine_->restore(kind, on, severity_percent);
   } else {
@@ -46,7 +46,7 @@ alarm::AlarmConditions LoopMonitor::conditions() noexcept {
   const bool named = std::any_of(all.begin(), all.end(), [](const auto& c) { return c.on; });
   if (routine_ && !named) all = routine_->conditions();
   if (calm_) all = told_;
-  // A load that the specialists never saw looks like a valve to them.
+  // To the specialists, a load outside of their training looks like a valve fault.
   if (twin_quiet() && twin_->judged_here() && load_outside()) {
     for (std::size_t i = 0; i < all.size(); ++i) all[i].on = all[i].on && told_[i].on;
   }
@@ -68,7 +68,7 @@ MonitorStep LoopMonitor::add(const Cycle& cycle) {
   return step;
 }
 
-// In manual the plant may be worked on, and after a longer gap nobody knows what CO did.
+// In manual the plant may be under repair, and after a longer gap the course of CO is unknown.
 bool LoopMonitor::watch_twin(const Cycle& cycle) noexcept {
   const bool was = twin_on();
   const bool near =
@@ -77,7 +77,7 @@ bool LoopMonitor::watch_twin(const Cycle& cycle) noexcept {
   if (controller_ && (!cycle.automatic || next_period_ != cycle.period_index)) {
     controller_->restart();
   }
-  // CO of a missing cycle is the last one: nothing else was written.
+  // CO of a missing cycle is the last one, because no other value was written.
   for (; cycle.automatic && near && next_period_ < cycle.period_index; ++next_period_) {
     twin_->add(std::numeric_limits<double>::quiet_NaN(), last_co_);
   }

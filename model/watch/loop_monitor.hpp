@@ -1,22 +1,25 @@
 // SPDX-License-Identifier: Apache-2.0
-// What watches one loop: cycles in, windows judged, conditions of alarms out. The daemon's monitor thread
-// and `loopwarden replay` step this same class.
+// The monitor of one loop: takes cycles, judges windows and returns the conditions of the alarms.
+// The daemon's monitor thread and `loopwarden replay` step this same class.
 //
-//   cycle -> WindowBuilder -> measures -> fit to be judged? -> WindowJudge -> VerdictRule -> conditions
-//         -> RoutineWatch -----------------------------------------------------------------^
-//         -> TwinWatch, ControllerWatch (where there is a twin): model_gap ------------------^
-//         -> LoadWatch: while the load is outside of the healthy record's and nothing speaks against the twin, no valve
-//            alarm comes
+//   cycle -> WindowBuilder -> measures -> fit to be judged? -> WindowJudge -> VerdictRule
+//                                                                             -> conditions
+//         -> RoutineWatch --------------------------------------------------> conditions
+//         -> TwinWatch, ControllerWatch (with a twin): model_gap -----------> conditions
+//         -> LoadWatch: raises no valve alarm while the load is outside of the healthy record's
+//            and the twin is quiet
 //
-// Where the specialists' windows name a fault, it is that one: they tell valve effects apart better. Where they name none,
-// routine evidence may; their opinion has its weight in it (routine_watch.hpp), and without specialists it stands alone.
+// If the specialists' windows name a fault, that fault is used, because they distinguish valve
+// effects better. If they name no fault, routine evidence may name one. The specialists' opinion
+// has its weight in it (routine_watch.hpp); without specialists, routine evidence is used without
+// it.
 //
-// A window with CO at an end of its range for more than kMostSaturated of its samples is not judged: the
-// loop is open there, and every valve looks stuck. In manual the valve may be worked on: what was seen
-// before is no evidence any more, and the rule starts over.
+// A window with CO at an end of its range for more than kMostSaturated of its samples is not
+// judged: the loop is open then, and every valve looks stuck. In manual the valve may be under
+// repair, so the rule discards its evidence and starts over.
 //
-// Errors: none.
-// What it can't do: keep alarms; that is LoopAlarms, which needs operators and a clock.
+// No errors.
+// Limits: it can't keep alarms. LoopAlarms does, with operators and a clock.
 #pragma once
 
 #include <cstdint>
@@ -41,30 +44,32 @@ inline constexpr double kMostSaturated = 10.0;  // % of a window's samples
 struct MonitorStep {
   enum class Kind : std::uint8_t {
     nothing,
-    interrupted,  // no window can be had: state says why
-    not_fit,      // a window is full but was not judged: state says why, measures are there
-    judged        // measures, judgement and conditions are there
+    interrupted,  // no window is available; the reason is in `state`
+    not_fit,      // a full window was not judged; the reason is in `state`; measures are valid
+    judged        // measures, judgement and conditions are valid
   };
   Kind kind = Kind::nothing;
-  alarm::WindowState state = alarm::WindowState::filling;
-  alarm::WindowMeasures measures;
-  alarm::WindowJudgement judgement;
-  alarm::AlarmConditions conditions{};
-  // Minutes or hours were judged as well: this step's conditions hold, whatever `kind` is.
+  WindowState state = WindowState::filling;
+  WindowMeasures measures;
+  WindowJudgement judgement;
+  AlarmConditions conditions{};
+  // Set if routine evidence judged minutes or hours as well. Then `conditions` is valid, whatever
+  // `kind` is.
   std::optional<RoutineWatch::Judgement> routine;
-  // The twin's watch changed its mind: this step's conditions hold, whatever `kind` is.
+  // True if the twin's watch has changed its result. Then `conditions` is valid, whatever `kind`
+  // is.
   bool twin = false;
 };
 
 class LoopMonitor {
  public:
-  // `judge` may be null, then there are only the classical measures; it outlives this.
-  // `twin`, at the cycles' period, may be null: then there is no model_gap. Throws effects::EffectError for one that can't
-  // be stepped. `foreign_controller`: the twin's controller is watched as well. Not where this program has the loop: it
-  // changes gains, jacket and compensator itself, and the journal has each change.
-  LoopMonitor(const WindowSettings& window, const alarm::VerdictRuleSettings& rule,
-              alarm::WindowJudge* judge, const plant::LoopModel* twin = nullptr,
-              bool foreign_controller = true)
+  // `judge` may be null: then there are only the classical measures. It outlives this object.
+  // `twin` has the cycles' period and may be null: then there is no model_gap. Throws
+  // effects::EffectError for a twin that can't be stepped. `foreign_controller`: the twin's
+  // controller is watched as well. Set it to false if this program runs the loop: then it changes
+  // gains, jacket and compensator itself, and the journal has each change.
+  LoopMonitor(const WindowSettings& window, const VerdictRuleSettings& rule, WindowJudge* judge,
+              const plant::LoopModel* twin = nullptr, bool foreign_controller = true)
       : builder_(window), rule_(rule), judge_(judge) {
     if (window.routine) routine_.emplace(window);
     if (twin != nullptr) twin_.emplace(*twin);
@@ -72,17 +77,19 @@ class LoopMonitor {
     if (twin != nullptr) load_.emplace(*twin);
   }
 
-  // No allocation but what the measures and the routine evidence need for a full window.
+  // Adds a cycle. Allocates only what the measures and the routine evidence need for a full window.
   MonitorStep add(const Cycle& cycle);
 
-  // Planned moves act: windows and minutes show them, and not the valve, whose conditions stay as they were.
+  // Reports whether planned moves act. Windows and minutes then show the moves and not the valve,
+  // so the conditions keep their state.
   void calm(bool acts) noexcept { calm_ = acts; }
-  // A condition from before a restart.
-  void restore(alarm::AlarmKind kind, bool on, double severity_percent) noexcept;
-  alarm::WindowState state() const noexcept { return builder_.state(); }
-  // The window of the step that was just made, where there was one; until the next call of add().
-  alarm::Window window() const noexcept { return builder_.window(); }
-  // The samples of the step's routine judgement, where there was one; until the next call of add().
+  // Restores a condition from before a restart.
+  void restore(AlarmKind kind, bool on, double severity_percent) noexcept;
+  WindowState state() const noexcept { return builder_.state(); }
+  // Returns the window of the newest step, if the step has one. Valid until the next call of add().
+  Window window() const noexcept { return builder_.window(); }
+  // Returns the samples of the newest step's routine judgement, if any. Valid until the next call
+  // of add().
   RoutineWatch::Samples routine_samples() const noexcept {
     return routine_ ? routine_->samples() : RoutineWatch::Samples{};
   }
@@ -91,14 +98,14 @@ class LoopMonitor {
     return routine_ ? routine_->levels() : RoutineWatch::Levels{};
   }
   const WindowSettings& settings() const noexcept { return builder_.settings(); }
-  // Null: there is no twin.
+  // Returns the twin's watch; null without a twin.
   const TwinWatch* twin() const noexcept { return twin_ ? &*twin_ : nullptr; }
   const ControllerWatch* controller() const noexcept {
     return controller_ ? &*controller_ : nullptr;
   }
-  // Nothing: there is no twin. No allocation.
+  // Returns the remarks of the twin; empty without a twin. No allocation.
   std::optional<TwinRemarks> remarks() const noexcept;
-  // There is a twin, and nothing speaks against it.
+  // Returns whether a twin exists and shows no sign of a change.
   bool twin_quiet() const noexcept {
     return twin_ && twin_->quiet() && (!controller_ || controller_->quiet());
   }

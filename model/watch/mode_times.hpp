@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How long a loop has been in each mode, and at an end of its output, since the start.
+// The time that a loop has spent in each mode, and at an end of its output, since the start.
 #pragma once
 
 #include <array>
@@ -14,7 +14,7 @@ class ModeTimes {
  public:
   explicit ModeTimes(double period_s) noexcept : period_s_(period_s) {}
 
-  // One cycle; cycles that are missing count for no mode.
+  // Adds one cycle. Missing cycles count for no mode.
   void add(control::Mode mode, bool at_limit) noexcept {
     const auto index = static_cast<std::size_t>(mode);
     if (index < cycles_.size()) ++cycles_[index];

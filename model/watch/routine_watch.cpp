@@ -8,7 +8,7 @@
 namespace loopwarden::watch {
 namespace {
 
-constexpr double kLeastProbability = 0.05;  // no single window is worth more than 2.9 nats
+constexpr double kLeastProbability = 0.05;  // limits a single window to 2.9 nats
 
 double logit(double p) noexcept {
   const double within = std::clamp(p, kLeastProbability, 1.0 - kLeastProbability);
@@ -26,13 +26,14 @@ bool speaks(diagnosis::DiagnosisVerdict verdict) noexcept {
   return false;
 }
 
-// Whether the band is that of a healthy valve.
+// Returns whether the band is that of a healthy valve.
 bool is_small(const RoutineWatch::Judgement& judgement) noexcept {
   return judgement.verdict == diagnosis::DiagnosisVerdict::valve_effect &&
          judgement.severity_percent < RoutineWatch::kHealthyBand;
 }
 
-// Whether two windows as one record suffice; `lowest`: of the probabilities of each by itself.
+// Returns whether two windows as one record suffice. `lowest`: the lower of their single
+// probabilities.
 bool raises(const RoutineWatch::Judgement& both, double lowest) noexcept {
   if (both.verdict != diagnosis::DiagnosisVerdict::valve_effect || is_small(both) || !both.whole) {
     return false;
@@ -95,7 +96,8 @@ void RoutineWatch::leave_out(Level& level, std::uint64_t cycles, bool manual) no
   level.sum_sp = level.sum_pv = level.sum_co = 0.0;
   level.from_specialists = 0.0;
   level.specialist_windows = 0;
-  // In manual the valve may have been worked on: what was seen counts no more, but what is raised must be refuted.
+  // In manual the valve may have been repaired: earlier evidence is dropped, but an active
+  // condition must be refuted.
   if (manual) level.sum = level.on ? std::min(level.sum, kRaise) : 0.0;
 }
 
@@ -136,7 +138,7 @@ bool RoutineWatch::add(const Cycle& cycle) {
       leave_out(level, 1, !cycle.automatic);
     } else if (take(level, cycle)) {
       const Judgement of_level = judge(level);
-      // Of several at once the one that says most.
+      // Of several judgements at once, the one with the largest sum is used.
       if (!judged || of_level.sum > judgement_.sum) {
         judgement_ = of_level;
         judged_ = i;
@@ -263,7 +265,7 @@ void RoutineWatch::learn(const Level& level) {
   const std::vector<double> pv(newest.pv.begin(), newest.pv.end());
   const std::vector<double> co(newest.co.begin(), newest.co.end());
   constexpr double kMostAreNew = 0.5;        // of the samples
-  constexpr std::size_t kFewestStored = 20;  // stored values that a rule is recognised by
+  constexpr std::size_t kFewestStored = 20;  // fewest stored values to recognise a rule
   const auto learn_of = [](std::span<const double> values, analysis::ArchivedSignal& kept) {
     const analysis::ArchivedSignal found = analysis::recognise_filled(values);
     std::size_t anew = 0;

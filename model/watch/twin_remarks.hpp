@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a loop's twin says beside its alarm: where it can't judge, what load it needs, what nothing has tested. Never a
-// condition of an alarm.
+// Remarks of a loop's twin in addition to its alarm: whether it can judge, the load that explains
+// PV, and the untested changes. A remark is never a condition of an alarm.
 //
-// Of it, what is worth a line once (TwinNews): a load outside of the healthy record's as it comes and as it goes; that the
-// loop has not been judged for kTold_s without a break, and that it is judged again.
+// TwinNews selects the remarks that deserve one line: a load leaves or re-enters the range of the
+// healthy record; the loop has not been judged for kTold_s without a break, and is judged again.
 //
-// Errors: none.
-// What it can't do: know of what was tested before a restart of the program.
+// No errors.
+// Limits: tests before a restart of the program are unknown.
 #pragma once
 
 #include <array>
@@ -20,7 +20,8 @@
 
 namespace loopwarden::watch {
 
-// settling: too soon after a start, a return, or a jump of the load. outside: of what the healthy record showed of PV and CO.
+// settling: too soon after a start, a return, or a jump of the load. outside: beyond the PV and CO
+// of the healthy record.
 enum class Judging : std::uint8_t { here, settling, outside };
 constexpr const char* to_text(Judging judging) noexcept {
   return numeric::enum_name<Judging::outside>(judging, {"here", "settling", "outside"});
@@ -28,14 +29,15 @@ constexpr const char* to_text(Judging judging) noexcept {
 
 struct Untested {
   double for_s = 0.0;
-  bool tested = false;  // before that; else never since the start
+  bool tested = false;  // before that; otherwise not since the start
 };
 
 struct TwinRemarks {
   Judging judging = Judging::settling;
-  std::optional<LoadOutside> load{};  // none while the twin's alarm is on: then it is no load
+  std::optional<LoadOutside>
+      load{};  // empty while the twin's alarm is on, because the difference is then no load
   std::array<Untested, kTwinChanges> untested{};
-  std::optional<Untested> controller{};  // where it is watched
+  std::optional<Untested> controller{};  // if it is watched
 };
 
 class TwinNews {
@@ -43,7 +45,8 @@ class TwinNews {
   static constexpr double kTold_s = 600.0;
 
   enum class Kind : std::uint8_t { load_outside, load_back, not_judged, judged_again };
-  // `passed_s` of the loop's time after the last call. Nothing: no news. No allocation.
+  // Adds remarks, `passed_s` of the loop's time after the last call. Returns the news, if any. No
+  // allocation.
   std::optional<Kind> add(const TwinRemarks& remarks, double passed_s) noexcept {
     if (remarks.load.has_value() != load_) {
       load_ = !load_;

@@ -12,14 +12,14 @@
 namespace loopwarden::watch {
 namespace {
 
-constexpr double kForgets_s = 900.0;  // an offset that nobody modelled
+constexpr double kForgets_s = 900.0;  // time to forget an offset outside of the model
 constexpr double kMoreLoad = 4.0;     // times the healthy record's
 constexpr double kFastest = 10.0;     // of the answer
 constexpr double kVarianceAnswers = 60.0;
-constexpr double kMostOfNoise = 36.0;  // n^2 over that of noise that counts for v
-constexpr double kMostSigmas = 8.0;    // n that counts for z: an outlier is no change
+constexpr double kMostOfNoise = 36.0;  // largest n^2 for v, over that of noise
+constexpr double kMostSigmas = 8.0;    // largest n for z: an outlier is no change
 constexpr double kMoreThanNoise = 1.1;
-constexpr double kFriction = 0.001;  // of the CO span: what a healthy valve may keep back
+constexpr double kFriction = 0.001;  // of the CO span: friction of a healthy valve
 constexpr double kWarmUp = 5.0;      // answers
 constexpr double kJumpSigmas = 6.0;
 constexpr double kMostChange = 10.0;     // times a change of TwinChange
@@ -58,7 +58,7 @@ std::vector<Changed> changes(const plant::LoopModel& twin, const plant::LoopMode
     m.process.second_time_constant_s *= 1.0 + kTimes;
   });
   const double later_s = std::max({kTimes * p.dead_time_s, 0.3, 3.0 * twin.sample_time_s});
-  // Sampling alone hides a part of a period.
+  // The sampling itself hides a part of a period.
   const double dead_time_spread_s =
       std::max(std::max(kDeadTimeSpread, deviation(twin, "dead_time")) * p.dead_time_s,
                std::max(0.1, twin.sample_time_s));
@@ -97,7 +97,7 @@ TwinWatch::TwinWatch(const plant::LoopModel& twin)
 
   const double h = twin.sample_time_s;
   const double rounding = twin.transmitter.resolution / std::sqrt(12.0);
-  // A converter of 16 bits where the twin has neither noise nor rounding.
+  // Used if the twin has neither noise nor rounding: a converter of 16 bits.
   const double least = twin.transmitter.span() / 65536.0;
   noise2_ = std::max(twin.transmitter.noise * twin.transmitter.noise + rounding * rounding,
                      least * least);
@@ -179,7 +179,8 @@ bool TwinWatch::add(double pv, double co) noexcept {
     ++since_start_;
     ++since_reset_;
     counts_ = inside_ && since_reset_ > warm_up_ && since_start_ > again_;
-    // What began in the middle of a move takes the move's end for a load: until samples count, d follows the newest answer.
+    // A start in the middle of a move would take the move's end for a load. Until samples count, d
+    // follows the newest answer.
     const double least = counts_ ? 0.0 : 1.0 / static_cast<double>(std::min(since_start_, answer_));
     for (std::size_t f = 0; f < kFilters; ++f) {
       follow(filters_[f], series, least);
@@ -228,7 +229,7 @@ void TwinWatch::count(Filter& filter, std::array<Sums, kScales>& sums) noexcept 
   }
 }
 
-// PV goes where nothing that CO does would take it.
+// Returns whether PV moves to values that CO can't cause.
 bool TwinWatch::load_jumps() noexcept {
   const Filter& fast = filters_.back();
   double most = kJumpSigmas * std::sqrt(fast.variance);
@@ -239,7 +240,7 @@ bool TwinWatch::load_jumps() noexcept {
   return jumped_ >= kJumpSamples;
 }
 
-// Of a sum of n s/v while the plant is within the twin's spread.
+// Returns the variance of a sum of n s/v while the plant is within the twin's spread.
 double TwinWatch::variance_of(const Sums& sums, std::size_t change) const noexcept {
   double variance = sums.squares[change];
   for (std::size_t j = 0; j < kTwinChanges; ++j) {

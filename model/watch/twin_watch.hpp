@@ -1,35 +1,49 @@
 // SPDX-License-Identifier: Apache-2.0
-// Does the loop still behave as commissioned? The twin beside it, and the likelihood that it has changed in one of six
-// ways rather than not, stepped by the caller.
+// Detects whether the loop still behaves as commissioned. The twin runs in parallel. The result is
+// the likelihood of each of six changes, compared with no change. Stepped by the caller.
 //
 //   y(k)        PV of the twin under the measured CO, without noise and load
 //   y_i(k)      the same with the change i of kChanges
-//   n = r - d,  d <- d + K n      of r = PV - y: innovation; K a steady Kalman gain of a load that wanders
-//   s_i         the same of r = y_i - y: what the change would leave in n
+//   n = r - d,  d <- d + K n
+//               of r = PV - y: innovation; K a steady Kalman gain of a random load
+//   s_i         the same of r = y_i - y: the part of n that the change would cause
 //   z_i = (sum w n s_i/v)^2 / (sum w^2 s_i^2/v + sum over j of c_j^2 (sum w f s_i s_j/v)^2)
 //
-// with weights w that are forgotten in kShort answers of the loop and in kLong_s: z_i is twice a logarithm of a likelihood
-// ratio, and of chi-square with one degree of freedom while the plant is within the twin's own spread c_j (its
-// covariance, and what a healthy valve may be off by). v is the running mean of n^2, at least what noise leaves, so that
-// more noise or load is no change. A load must be no change either: it moves PV whether CO moves or not, but the
-// controller answers it. So z_i is taken for three K, from the healthy record's load to one that follows PV within a tenth
-// of the answer, and the least of the three counts: what CO moves is in all of them, a step of the load only in the slow
-// one. Where PV jumps further than ten times any change would take it, that is a load, and counting begins anew. On where a z_i reaches the limit: kAlarm, or kSlack times the largest of the healthy record. Off where all
-// have been below a quarter of it for kQuiet_s.
+// The weights w are forgotten in kShort answers of the loop and in kLong_s. z_i is twice the
+// logarithm of a likelihood ratio. It has a chi-square distribution with one degree of freedom
+// while the plant is within the twin's own spread c_j. The spread is the twin's covariance and the
+// tolerance of a healthy valve. v is the running mean of n^2, at least that of the noise, so more
+// noise or load is no change.
 //
-// Where PV or CO is outside of the healthy record by d of its range the twin is extrapolated, and its spread is f = 1 + kUnsure d times
-// what it is within; beyond kOutside it is not judged here, and counting begins anew when both have been back for kAgain answers. A change is tested where kTested times it would have reached the limit.
+// A load must be no change either: it moves PV whether CO moves or not, but the controller answers
+// it. So z_i is computed for three K, and the smallest of the three counts. The slowest K is that
+// of the healthy record's load, the fastest follows PV within a tenth of the answer. The effect of
+// CO is in all of them, a step of the load only in the slow one. If PV jumps further than ten times
+// any change would take it, that is a load, and counting begins again.
 //
-//   PV, y, d, n, s  PV units     CO  CO units     z, w  1     c  parts of the change
+// The watch is on when a z_i reaches the limit: kAlarm, or kSlack times the largest z of the
+// healthy record. It is off when all have been below a quarter of the limit for kQuiet_s.
 //
-// An integrating process has a slope beside d (its balance is not known): b <- b + K^2/4 n.
+// If PV or CO is outside of the healthy record by d of its range, the twin is extrapolated. Its
+// spread is then f = 1 + kUnsure d times that within the range. Beyond kOutside the loop is not
+// judged. Counting begins again when both have been back for kAgain answers. A change is tested
+// when kTested times the change would have reached the limit.
 //
-// Errors: none; effects::EffectError from the constructor for a twin that can't be stepped.
-// What it can't do: say what has changed (the leading change is the nearest of six, no name); see changes of a loop whose
-// CO stands still; see what the load does: load_watch.hpp.
+//   PV, y, d, n, s  PV units
+//   CO              CO units
+//   z, w            1
+//   c               parts of the change
 //
-// Sources: Basseville and Nikiforov, Detection of Abrupt Changes (1993), ch. 2, 7 (likelihood ratios of innovations);
-// Kalman, J. Basic Eng. 82 (1960) 35-45; Frank and Ding, J. Process Control 7 (1997) 403-424 (thresholds that follow the model's uncertainty).
+// An integrating process has a slope in addition to d, because its balance is unknown:
+// b <- b + K^2/4 n.
+//
+// Errors: the constructor throws effects::EffectError for a twin that can't be stepped.
+// Limits: it can't name the change (the leading change is only the nearest of six), or see changes
+// of a loop whose CO doesn't move. load_watch.hpp evaluates the load.
+//
+// Sources: Basseville and Nikiforov, Detection of Abrupt Changes (1993), ch. 2, 7 (likelihood
+// ratios of innovations); Kalman, J. Basic Eng. 82 (1960) 35-45; Frank and Ding, J. Process Control
+// 7 (1997) 403-424 (thresholds that follow the model's uncertainty).
 #pragma once
 
 #include <array>
@@ -41,8 +55,8 @@
 
 namespace loopwarden::watch {
 
-// Gain by a tenth, time constants by a fifth, dead time by a fifth (0.3 s or 3 samples at least), another lag of a fifth
-// of the answer, play and stick of 2 % of the CO span.
+// The changes: gain by a tenth, time constants by a fifth, dead time by a fifth (0.3 s or 3 samples
+// at least), another lag of a fifth of the answer, backlash and stiction of 2 % of the CO span.
 enum class TwinChange : std::uint8_t { gain, time_constant, dead_time, lag, play, stick };
 inline constexpr std::size_t kTwinChanges = 6;
 const char* to_text(TwinChange change) noexcept;
@@ -61,31 +75,33 @@ class TwinWatch {
 
   explicit TwinWatch(const plant::LoopModel& twin);
 
-  // The loop's cycle: PV as read, NaN where it is not good, and CO that went out because of it. True where z was computed.
-  // No allocation.
+  // Adds a cycle of the loop: PV as read (NaN if it is not good) and the CO that followed from it.
+  // Returns true if z was computed. No allocation.
   bool add(double pv, double co) noexcept;
-  // Nothing is known of what CO did until now.
+  // Restarts the comparison: CO until now is unknown.
   void restart() noexcept { started_ = false; }
-  // The condition from before a restart of the program.
+  // Restores the condition from before a restart of the program.
   void restore(bool on) noexcept { on_ = on; }
 
   bool on() const noexcept { return on_; }
-  // Nothing speaks against the twin.
+  // Returns whether the twin shows no sign of a change.
   bool quiet() const noexcept { return largest_ < kQuietShare * limit_; }
   double largest() const noexcept { return largest_; }  // z of the leading change
   double limit() const noexcept { return limit_; }
   TwinChange leading() const noexcept { return leading_; }
-  // False: outside of the healthy record, or too soon after a start.
+  // False outside of the healthy record, or too soon after a start.
   bool judged_here() const noexcept { return counts_; }
   bool inside() const noexcept { return inside_; }
-  // Since the change was last tested, s; from the first sample where it never was.
+  // Returns the time in s since the change was last tested, or since the first sample if it never
+  // was.
   double untested_s(TwinChange change) const noexcept;
   bool tested(TwinChange change) const noexcept {
     return tested_[static_cast<std::size_t>(change)];
   }
   double load() const noexcept { return residual_; }  // PV - y, PV units
   bool load_known() const noexcept { return inside_ && since_reset_ > warm_up_; }
-  // Of the newest sample, for a change: n s/v and s^2/v. Both 0 where it does not count.
+  // Values of the newest sample for a change: n s/v and s^2/v. Both are 0 if the sample doesn't
+  // count.
   struct Sample {
     double up = 0.0;
     double down = 0.0;
@@ -98,11 +114,11 @@ class TwinWatch {
   static constexpr std::size_t kScales = 2;
   static constexpr std::size_t kSeries = kTwinChanges + 1;  // r, then y_i - y
 
-  // What follows a load at one K.
+  // A filter that follows a load at one K.
   struct Filter {
     double gain = 0.0;  // K
     double friction2 =
-        0.0;  // of a healthy valve in n, over its time of correlation, PV units squared
+        0.0;  // friction of a healthy valve in n, over its time of correlation, PV units squared
     std::array<double, kSeries> level{};
     std::array<double, kSeries> slope{};
     double variance = 0.0;               // v less friction2
@@ -134,16 +150,16 @@ class TwinWatch {
   bool integrating_;
   std::array<Filter, kFilters> filters_{};
   std::array<std::array<Sums, kScales>, kFilters> sums_{};
-  std::array<double, kScales> keep_{};  // of the sums, a sample
+  std::array<double, kScales> keep_{};  // factor of the sums per sample
   double noise2_;                       // least v, PV units squared
   double variance_gain_;                // of the running mean of n^2
-  std::size_t warm_up_;                 // samples from a start until they count
+  std::size_t warm_up_;                 // samples from a start until the first that counts
   std::size_t again_;                   // from a return or a jump
   std::size_t answer_;                  // samples
   std::size_t block_;                   // samples from one z to the next
   std::size_t most_quiet_;              // samples
   double limit_;
-  // Of the healthy record: least, greatest, range.
+  // Range of the healthy record: least, greatest, width.
   struct Shown {
     double low, high, range;
     double beyond(double x) const noexcept;  // d

@@ -47,7 +47,7 @@ alarm::WindowState WindowBuilder::usable(const Cycle& cycle) const noexcept {
 }
 
 WindowBuilder::Progress WindowBuilder::add(const Cycle& cycle) noexcept {
-  // A number that goes back is another run: as much of a gap as any.
+  // A decreasing number is another run, and counts as a gap.
   const std::uint64_t missing = any_ ? cycle.period_index - last_period_ - 1 : 0;
   any_ = true;
   last_period_ = cycle.period_index;

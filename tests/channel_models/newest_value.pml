@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0
- * base/newest_value.hpp step by step: three slots, one shared byte that both sides exchange.
- * See spsc_ring.pml for what such a model can show.
+ * A step-by-step model of base/newest_value.hpp: three slots, and one shared byte that both sides
+ * exchange. spsc_ring.pml describes the limits of such a model.
  */
 #define FRESH 128
 #define VALUES 5

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
- * base/spsc_ring.hpp step by step: every read or write of an atomic, and the copy of an item, is a
- * step of its own. The counters run modulo a small number, so that they wrap.
- * spin explores all interleavings of sequentially consistent steps; that release and acquire order
- * the copy before its counter is the argument of the header, and ThreadSanitizer's business.
+ * A step-by-step model of base/spsc_ring.hpp: every read or write of an atomic, and the copy of an
+ * item, is a separate step. The counters run modulo a small number, so that they wrap.
+ * spin explores all interleavings of sequentially consistent steps. It does not check that release
+ * and acquire order the copy before its counter: the header argues this, and ThreadSanitizer tests it.
  */
 #define CAPACITY 2
 #define WRAP 8 /* a multiple of the capacity, as 2^64 is */

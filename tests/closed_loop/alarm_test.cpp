@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// An alarm in the real daemon and its operator, over kill -9 and back. It comes from the journal of a run
-// before, since a window of 961 cycles without a missing one can't be had on a busy machine in short
-// time; how windows make alarms is tested in tests/daemon/supervision.
+// An alarm in the real daemon and its operator, with kill -9 and restart. The journal of an earlier
+// run raises the alarm, because a loaded host rarely gives a window of 961 cycles without a missing
+// one. tests/daemon/supervision tests how windows raise alarms.
 #include <sched.h>
 
 #include <catch2/catch.hpp>
@@ -29,7 +29,7 @@ const std::string kLoop = loop_file("FIC-101");
 
 constexpr const char* kSpecialists = "monitor: {specialists: ../../specialists}\n";
 
-// What a daemon left behind that had raised an alarm.
+// Leaves the journal of a daemon that had raised an alarm.
 void leave_alarm(const std::filesystem::path& folder, const char* alarm = "stiction") {
   daemon::journal::Journal journal({.folder = folder});
   journal.open();
@@ -51,8 +51,8 @@ void leave_alarm(const std::filesystem::path& folder, const char* alarm = "stict
   REQUIRE(journal.wait_written(journal.post(entry), std::chrono::seconds(20)));
 }
 
-// What the daemon starts takes only what nobody else wants of the processor, which may be nothing. Needs the right to change
-// that.
+// The daemon's child processes run at idle priority and may get no processor time on a loaded host.
+// Raises their priority; needs the right to do so.
 void hurry_children_of(pid_t parent) {
   namespace fs = std::filesystem;
   std::error_code gone;
@@ -87,7 +87,7 @@ TEST_CASE("an alarm is shown, explained, acknowledged, and stays so over kill -9
   CHECK(explained.text.find("normal -> unacknowledged") != std::string::npos);
   CHECK(explained.text.find("evidence: none") != std::string::npos);
 
-  CHECK(alarms("ack FIC-101 backlash").exit_code == 65);  // nothing to acknowledge
+  CHECK(alarms("ack FIC-101 backlash").exit_code == 65);  // no alarm to acknowledge
   CHECK(alarms("ack FIC-999 stiction").exit_code == 64);
   CHECK(alarms("ack FIC-101").exit_code == 64);
   const ShellOutcome done = alarms("ack FIC-101 stiction --reason \"seen at the valve\"");
@@ -111,7 +111,7 @@ TEST_CASE("an alarm is shown, explained, acknowledged, and stays so over kill -9
   CHECK(run(LOOPWARDEN_CLI " outcome --list" + socket).text.find("packing tight") !=
         std::string::npos);
 
-  // Killed once more, and the journal is damaged meanwhile: what was acknowledged stays so.
+  // Killed once more, with a damaged journal: acknowledged alarms stay acknowledged.
   daemon.signal(SIGKILL);
   REQUIRE(daemon.wait_for_end() == -SIGKILL);
   write_file(daemon.folder() / "journal.sqlite", std::string(20'000, 'x'));
@@ -132,7 +132,7 @@ TEST_CASE("an alarm is shown, explained, acknowledged, and stays so over kill -9
   CHECK(daemon.wait_for_end() == 0);
 }
 
-TEST_CASE("of an unknown fault the size is shown as not known, not as 0", "[alarm]") {
+TEST_CASE("the size of an unknown fault is shown as unknown, not as 0", "[alarm]") {
   DaemonProcess daemon(kDaemon, {{"loops.d/1.yaml", kLoop}});
   leave_alarm(daemon.folder(), "unknown");
   daemon.start();
@@ -151,12 +151,12 @@ TEST_CASE("of an unknown fault the size is shown as not known, not as 0", "[alar
 
 TEST_CASE("specialists that can't be used are refused before anything moves", "[alarm]") {
   DaemonProcess daemon(kDaemon, {{"loops.d/1.yaml", kLoop + kSpecialists}});
-  SECTION("in order") {
+  SECTION("valid") {
     write_biased_specialists(daemon.folder() / "specialists", specialist::Condition::stiction);
     CHECK(daemon.run({"--config", daemon.config().string(), "--check"}) == 0);
     return;
   }
-  SECTION("not there") {}
+  SECTION("missing") {}
   SECTION("of another sample time") {
     write_biased_specialists(daemon.folder() / "specialists", specialist::Condition::stiction, 1.0);
   }
@@ -165,9 +165,9 @@ TEST_CASE("specialists that can't be used are refused before anything moves", "[
   CHECK(read_file(daemon.folder() / "output").find("specialists") != std::string::npos);
 }
 
-TEST_CASE("a loop that changes raises model_gap, and its explanation comes by itself",
+TEST_CASE("a changed loop raises model_gap, and its explanation is made without a request",
           "[alarm][idle][long]") {
-  // The fault lasts longer than a busy machine takes to explain it: half an hour.
+  // The fault lasts half an hour, longer than its explanation takes on a loaded host.
   const auto model = [](const std::string& faults) {
     return "sample_time: 0.1\n"
            "controller: {kp: 0.35, ki: 0.04, output: [0, 10]}\n"
@@ -188,7 +188,7 @@ TEST_CASE("a loop that changes raises model_gap, and its explanation comes by it
   daemon.start();
   const std::string socket = " --socket " + (daemon.folder() / "control.sock").string();
   const auto explained = [&] { return daemon.explain("FIC-101", "model_gap"); };
-  // Only a loop that moves tells another gain from a load.
+  // Only a moving loop separates another gain from a load.
   const auto start = std::chrono::steady_clock::now();
   double set_point = 5.0;
   const auto move_set_point = [&] {
@@ -220,12 +220,13 @@ TEST_CASE("a loop that changes raises model_gap, and its explanation comes by it
   CHECK(text.text.find("against the twin") != std::string::npos);
   CHECK(run(LOOPWARDEN_CLI " alarms journal FIC-101" + socket).text.find("explanation") !=
         std::string::npos);
-  // It is there after a restart, too, or a newer one of the same name.
+  // The explanation is there after a restart, too, or a newer one of the same name.
   daemon.signal(SIGKILL);
   REQUIRE(daemon.wait_for_end() == -SIGKILL);
   daemon.start();
   CHECK(explained().at("explanation").at("effect") == e.at("effect"));
-  // One that the daemon did not come to before it ended is made after the restart, from what was saved.
+  // An explanation that was pending when the daemon ended is made after the restart, from the saved
+  // data.
   daemon.signal(SIGKILL);
   REQUIRE(daemon.wait_for_end() == -SIGKILL);
   REQUIRE(std::filesystem::remove(folder / "explanation.json"));

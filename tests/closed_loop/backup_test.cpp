@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A box is saved while it runs and restored, by the commands of docs/fleet.md (Backup and restore).
+// A host is backed up while it runs and restored, by the commands of docs/fleet.md (Backup and
+// restore).
 #include <signal.h>
 
 #include <algorithm>
@@ -20,7 +21,7 @@ using nlohmann::json;
 
 constexpr const char* kDaemon = "real_time: {priority: 0, lock_memory: false}\n";
 
-// Each line of the journal, as it stands.
+// Returns each line of the journal, as stored.
 std::set<std::string> lines_of(DaemonProcess& daemon) {
   std::set<std::string> lines;
   for (const json& line : daemon.journal(1000)) lines.insert(line.dump());
@@ -45,8 +46,9 @@ bool has(const std::set<std::string>& lines, const std::string& word) {
 
 }  // namespace
 
-TEST_CASE("a box is saved while it runs, and restored with its configuration, journal and alarms",
-          "[backup]") {
+TEST_CASE(
+    "a host is backed up while it runs, and restored with its configuration, journal and alarms",
+    "[backup]") {
   DaemonProcess daemon(kDaemon, {{"loops.d/1.yaml", loop_file("FIC-101")}});
   const std::filesystem::path state = daemon.folder();
   const TemporaryFolder backup;
@@ -63,13 +65,13 @@ TEST_CASE("a box is saved while it runs, and restored with its configuration, jo
   must("sqlite3 " + (state / "journal.sqlite").string() + " '.backup " +
        (backup / "journal.backup").string() + "'");
   must("cp " + (state / "alarm-state.json").string() + " " + backup.path().string());
-  // The daemon goes on meanwhile, and after it.
+  // The daemon runs during and after the backup.
   REQUIRE(loopwarden(daemon, "set FIC-101 --sp 3.25").exit_code == 0);
   REQUIRE(has(lines_of(daemon), "3.25"));
   daemon.signal(SIGKILL);
   REQUIRE(daemon.wait_for_end() == -SIGKILL);
 
-  // Another disk.
+  // Simulates a new disk.
   for (const auto& lost : std::filesystem::directory_iterator(state)) {
     std::filesystem::remove_all(lost.path());
   }
@@ -86,7 +88,7 @@ TEST_CASE("a box is saved while it runs, and restored with its configuration, jo
   const std::set<std::string> after = lines_of(daemon);
   CHECK(std::includes(after.begin(), after.end(), before.begin(), before.end()));
   CHECK_FALSE(has(after, "3.25"));
-  // It is a journal to go on with.
+  // The restored journal accepts new lines.
   REQUIRE(loopwarden(daemon, "alarms unshelve FIC-101 stiction --reason after").exit_code == 0);
   CHECK(has(lines_of(daemon), "after"));
   daemon.signal(SIGTERM);

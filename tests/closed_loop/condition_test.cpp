@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The condition indices of a simulated loop whose valve gets worse, as the daemon's monitor shows them.
+// The condition indices of a simulated loop with a deteriorating valve, as the daemon's monitor
+// shows them.
 #include <catch2/catch.hpp>
 #include <cmath>
 
@@ -21,8 +22,8 @@ struct Trial {
 
 analysis::ConditionIndices indices_of(const Trial& trial) {
   plant::LoopModel model =
-      *config::read_model_file(LOOPWARDEN_SOURCE_DIR "/examples/models/plant1.yaml");
-  // Set points that cross any play in both directions, several times a window.
+      *config::read_model_file(LOOPWARDEN_SOURCE_DIR "/config/examples/models/plant1.yaml");
+  // Set points that cross any play in both directions, several times per window.
   model.scenario = {.duration_s = 600.0, .set_point = {}, .faults = trial.faults, .seed = 11};
   for (int k = 0; k < 24; ++k) {
     model.scenario.set_point.emplace_back(25.0 * k, k % 2 == 0 ? 5.0 : 5.6);
@@ -88,7 +89,7 @@ TEST_CASE("a stem that has too little air lowers the actuator's index",
   CHECK(starved.actuator < 80.0);
 }
 
-TEST_CASE("without a read-back what needs one is not known", "[closed_loop][condition]") {
+TEST_CASE("without a read-back the indices that need one are unknown", "[closed_loop][condition]") {
   const analysis::ConditionIndices indices = indices_of({.read_back = false, .faults = {}});
   CHECK(std::isfinite(indices.control_performance));
   CHECK(indices.environment == 100.0);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// valve-test and autotune on a loop of the real daemon: what they measure, and that the loop is put back
-// however they end.
+// valve-test and autotune on a loop of the real daemon: their measurements, and the return of the
+// loop to its old state however they end.
 #include <fcntl.h>
 #include <signal.h>
 #include <sys/prctl.h>
@@ -21,12 +21,12 @@ namespace {
 
 using nlohmann::json;
 
-// With the right to it the loops have the processor first: a test of the valve is one of time.
+// With real-time rights the loops have priority, because a valve test depends on time.
 std::string daemon_yaml(double accelerate) {
   return "real_time: {lock_memory: false}\naccelerate: " + std::to_string(accelerate) + "\n";
 }
 
-// A cycle that comes late on a busy machine is no fault of the loop.
+// A late cycle on a loaded host is no fault of the loop.
 std::string patient_loop(const std::string& tag, const std::string& model,
                          const std::string& start) {
   std::string text = loop_file(tag, model, start);
@@ -43,7 +43,7 @@ std::string model_file(bool sticking) {
          "transmitter: {range: [0, 10], resolution: 0, noise: 0}\n";
 }
 
-// A command of the workbench, from its start to its end.
+// Runs a command of the workbench from its start to its end.
 class Command {
  public:
   Command(DaemonProcess& daemon, std::vector<std::string> arguments)
@@ -73,7 +73,7 @@ class Command {
   }
 
   void signal(int number) const { ::kill(child_, number); }
-  // As it does from just before its first order on.
+  // True from just before its first command on.
   bool catches_interrupts() const {
     const std::string status = read_file("/proc/" + std::to_string(child_) + "/status");
     const std::size_t mask = status.find("SigCgt:");
@@ -104,7 +104,7 @@ std::vector<std::string> valve_test(const std::string& loop, std::vector<std::st
   return more;
 }
 
-// In automatic at its set point, as the test cases found it.
+// Returns true if the loop is in automatic at its set point, as before the test.
 bool as_it_was(DaemonProcess& daemon, const std::string& loop) {
   const json now = daemon.loop(loop);
   return now.value("requested_mode", "") == "AUTO" && now.value("mode", "") == "AUTO" &&
@@ -117,7 +117,7 @@ bool settled(DaemonProcess& daemon, const std::string& loop) {
          std::abs(now.at("pv").get<double>() - 5.0) < 0.1;
 }
 
-// A loop in manual with its output at `co`.
+// Waits until the loop is in manual, and sets its output to `co`.
 void stand_at(DaemonProcess& daemon, const std::string& loop, double co) {
   REQUIRE(test::eventually([&] { return daemon.is(loop, "mode", "MAN"); }));
   daemon.client().set({.loop = loop, .output = co});
@@ -131,7 +131,7 @@ const std::string kAutomatic = "{mode: automatic, set_point: 5}";
 
 }  // namespace
 
-TEST_CASE("a live step test measures the valve and puts output, mode and set point back",
+TEST_CASE("a live step test measures the valve and restores output, mode and set point",
           "[live_bench]") {
   DaemonProcess daemon(daemon_yaml(25.0),
                        {{"healthy.yaml", model_file(false)},
@@ -166,8 +166,8 @@ TEST_CASE("a live step test measures the valve and puts output, mode and set poi
   }));
 }
 
-TEST_CASE("a sticking valve stands beside the figures of its commissioning", "[live_bench]") {
-  // An order that comes late is late by more of the loop's time at a higher speed: a hold is 0.6 s here.
+TEST_CASE("a sticking valve is reported with the figures of its commissioning", "[live_bench]") {
+  // A late command costs more of the loop's time at a higher speed: a hold is 0.6 s here.
   DaemonProcess daemon(daemon_yaml(5.0),
                        {{"healthy.yaml", model_file(false)},
                         {"sticking.yaml", model_file(true)},
@@ -235,7 +235,7 @@ TEST_CASE("PV beyond its limit, a signal and an operator each end a live test", 
     CHECK(exit_code == 75);
     CHECK(command.text().find("is outside of 3 to 6") != std::string::npos);
     CHECK(test::eventually([&] { return as_it_was(daemon, "FIC-101"); }));
-    // The loop runs again: PV comes back to the set point.
+    // The loop runs again: PV returns to the set point.
     ready();
   }
   SECTION("signals") {
@@ -251,7 +251,7 @@ TEST_CASE("PV beyond its limit, a signal and an operator each end a live test", 
       CHECK(test::eventually([&] { return as_it_was(daemon, "FIC-101"); }));
     }
   }
-  SECTION("an operator keeps the loop that he took") {
+  SECTION("an operator keeps the loop that the operator took") {
     ready();
     Command command(daemon, valve_test("FIC-101", long_test));
     // Its first output is on its way when it has seen that the loop is in manual.
@@ -269,7 +269,7 @@ TEST_CASE("PV beyond its limit, a signal and an operator each end a live test", 
     CHECK(now.value("requested_mode", "") == "AUTO");
     CHECK(now.at("sp") == 6.5);
   }
-  SECTION("a loop outside of the limits is not touched") {
+  SECTION("a loop outside of the limits is not moved") {
     ready();
     Command command(daemon, valve_test("FIC-101", {"--low", "7", "--high", "9", "--pv-low", "0",
                                                    "--pv-high", "10", "--test", "step_change"}));
@@ -280,9 +280,9 @@ TEST_CASE("PV beyond its limit, a signal and an operator each end a live test", 
   }
 }
 
-TEST_CASE("an order to manual that is still on its way when the test ends is taken back",
+TEST_CASE("a command to manual that is still on its way when the test ends is withdrawn",
           "[live_bench]") {
-  // A cycle of 2 s: the loop takes the order long after it was given.
+  // A cycle of 2 s: the loop takes the command long after it was sent.
   std::string slow = patient_loop("FIC-101", "../slow.yaml", kAutomatic);
   slow.replace(slow.find("sample_time: 0.1"), 16, "sample_time: 2");
   std::string model = model_file(false);
@@ -297,7 +297,7 @@ TEST_CASE("an order to manual that is still on its way when the test ends is tak
   const int exit_code = command.wait_for_end();
   INFO(command.text());
   CHECK(exit_code == 75);
-  // To manual and back.
+  // Changes to manual and back.
   REQUIRE(test::eventually([&] {
     const json lines = daemon.journal(50, "FIC-101");
     return std::count_if(lines.begin(), lines.end(),
@@ -306,9 +306,8 @@ TEST_CASE("an order to manual that is still on its way when the test ends is tak
   CHECK(test::eventually([&] { return as_it_was(daemon, "FIC-101"); }));
 }
 
-TEST_CASE("autotune on a live loop finds the ultimate gain and puts the loop back",
-          "[live_bench]") {
-  // The relay switches late by the way there and back, which at a higher speed is more of the loop's time.
+TEST_CASE("autotune on a live loop finds the ultimate gain and restores the loop", "[live_bench]") {
+  // The relay switches late by the round trip. At a higher speed this is more of the loop's time.
   DaemonProcess daemon(
       daemon_yaml(4.0),
       {{"healthy.yaml", model_file(false)},
@@ -325,7 +324,7 @@ TEST_CASE("autotune on a live loop finds the ultimate gain and puts the loop bac
     INFO(text);
     REQUIRE(exit_code == 0);
     const json found = json::parse(text.substr(text.find('{')));
-    // Of K 1.2264, T 1.694 s, L 2.626 s: 1.40 and 7.9 s.
+    // For K 1.2264, T 1.694 s, L 2.626 s: 1.40 and 7.9 s.
     CHECK(found.at("ultimate_gain").get<double>() == Approx(1.4).epsilon(0.35));
     CHECK(found.at("ultimate_period_s").get<double>() == Approx(7.9).epsilon(0.35));
     CHECK(text.find("mode auto") != std::string::npos);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The real daemon on a device that this project didn't write (pymodbus), through everything that goes
-// wrong on a plant. Each case ends with where the output stands on the device.
+// The real daemon on a device that this project didn't write (pymodbus), through the faults of a
+// plant. Each case ends with a check of the output on the device.
 #include <catch2/catch.hpp>
 #include <fmt/format.h>
 
@@ -23,7 +23,7 @@ using test::eventually;
 using test::SerialRig;
 using test::TcpRig;
 
-// Outputs that tell the cases apart, CO units.
+// Outputs that distinguish the cases, CO units.
 constexpr double kStop = 2.0;
 constexpr double kBadPv = 1.5;
 constexpr double kDeviceFailSafe = 0.5;
@@ -54,7 +54,7 @@ struct TcpPlant {
     return daemon.is("FIC-101", "mode", "AUTO") && daemon.is("FIC-101", "fault", "none");
   }
   bool at_set_point() { return in_automatic() && std::abs(pv() - kSetPoint) < 0.2; }
-  // Starts and lets the loop settle.
+  // Starts the daemon and waits until the loop has settled.
   void settle() {
     daemon.start();
     REQUIRE(eventually([&] { return at_set_point(); }, kSettling));
@@ -62,7 +62,7 @@ struct TcpPlant {
   bool output_at(double value) {
     return eventually([&] { return std::abs(co() - value) < 0.01; });
   }
-  // After the fault has gone: back in automatic, and the output has not jumped on the way.
+  // Checks the recovery after the fault: back in automatic, and the output did not jump on the way.
   void recovers() {
     using Clock = std::chrono::steady_clock;
     Clock::time_point before_last = Clock::now();
@@ -72,16 +72,18 @@ struct TcpPlant {
     const bool back = eventually(
         [&] {
           const Clock::time_point before = Clock::now();
-          // The device's own watchdog, which may act late and between two looks, is no command.
+          // A change by the device's own watchdog, which may act late and between two looks, is no
+          // jump.
           const std::string state = rig.device.command("state");
           const std::string trips_now = test::ForeignProcess::field(state, "trips");
           const bool tripped_since = std::exchange(trips, trips_now) != trips_now;
           const bool by_device =
               tripped_since || test::ForeignProcess::field(state, "watchdog") == "tripped";
           const double now = std::stod(test::ForeignProcess::field(state, "co"));
-          // From before the last look to behind this one, wherever this test was held up.
+          // The time from before the last look to after this one, for any delay of this test.
           const double passed_s = std::chrono::duration<double>(Clock::now() - before_last).count();
-          // What the rate limit of 5 V/s allows in that time, and a period of the loop and the bus.
+          // The change that the rate limit of 5 V/s allows in that time, plus a period of the loop
+          // and the bus.
           if (!by_device) worst = std::max(worst, std::abs(now - last) - 5.0 * (passed_s + 0.1));
           last = now;
           before_last = before;
@@ -129,7 +131,7 @@ TEST_CASE("the daemon controls a foreign device over a serial line to the set po
       },
       kSettling));
 
-  // The line goes silent: only the device itself can act, and does.
+  // The line falls silent: only the device itself can act, and it does.
   rig.proxy.command("silent");
   CHECK(
       eventually([&] { return std::abs(rig.device.state_number("co") - kDeviceFailSafe) < 0.01; }));
@@ -173,7 +175,7 @@ TEST_CASE(
   const double before = plant.co();
   plant.rig.proxy.command(spoil);
   REQUIRE(eventually([&] { return !plant.daemon.is("FIC-101", "fault", "none"); }));
-  // Held by the loop while commands still get through, or put where the device's watchdog says.
+  // The loop holds the output while commands still arrive, or the device's watchdog sets its value.
   const bool ended = eventually([&] {
     const double now = plant.co();
     return plant.rig.device.state("watchdog") == "tripped" ? std::abs(now - kDeviceFailSafe) < 0.01
@@ -199,7 +201,7 @@ TEST_CASE(
     "fault, cable pulled with the link silent: the device's watchdog acts, then bumpless return") {
   TcpPlant plant;
   plant.settle();
-  plant.rig.device.freeze();  // the peer takes bytes and says nothing
+  plant.rig.device.freeze();  // the peer takes bytes but never answers
   CHECK(eventually([&] { return !plant.daemon.is("FIC-101", "fault", "none"); }));
   plant.rig.device.thaw();
   plant.recovers();
@@ -210,9 +212,9 @@ TEST_CASE(
   plant.recovers();
 }
 
-// The delays are seconds of real time: hardware is not accelerated.
+// The delays are seconds of real time, because hardware runs at real speed.
 TEST_CASE(
-    "fault, device lost for longer: process alarms say so, are acknowledged, and go once it is "
+    "fault, device lost for longer: process alarms are raised, acknowledged, and clear once it is "
     "back") {
   std::string manual = plant_loop("field", 1.0);
   manual.replace(manual.find("recovery: previous_mode"), 23, "recovery: manual");
@@ -242,7 +244,7 @@ TEST_CASE(
   const std::string list = alarms("").text;
   for (const char* alarm : lost) CHECK_THAT(list, Catch::Contains(alarm));
   const std::string told = alarms("explain FIC-101 output_lost").text;
-  CHECK_THAT(told, Catch::Contains("commands don't reach the valve"));
+  CHECK_THAT(told, Catch::Contains("Commands don't reach the valve"));
   CHECK_THAT(told, Catch::Contains("normal -> unacknowledged"));
   CHECK_THAT(told, !Catch::Contains("evidence"));
   CHECK(alarms("ack FIC-101 output_lost").exit_code == 0);
@@ -267,12 +269,12 @@ TEST_CASE("fault, SIGTERM: the output ends at the stop action and the daemon wit
   plant.settle();
   plant.daemon.signal(SIGTERM);
   CHECK(plant.daemon.wait_for_end() == 0);
-  // Where this test is held up, the device's watchdog may have acted since.
+  // If this test is held up, the device's watchdog may have acted since.
   CHECK(plant.rig.device.state_number("written") == Approx(kStop));
 }
 
 TEST_CASE(
-    "fault, SIGTERM while the device is silent: the daemon ends and says what it could not do",
+    "fault, SIGTERM while the device is silent: the daemon ends and reports what it could not do",
     "[process]") {
   TcpPlant plant;
   plant.settle();
@@ -298,7 +300,8 @@ TEST_CASE(
   CHECK(plant.daemon.run({"--config", plant.daemon.config().string(), "--safe"}) == 74);
 }
 
-TEST_CASE("fault, restart after kill -9: the loop takes over where the valve stands", "[process]") {
+TEST_CASE("fault, restart after kill -9: the loop takes over at the valve's position",
+          "[process]") {
   TcpPlant plant;
   plant.settle();
   plant.daemon.signal(SIGKILL);
@@ -318,7 +321,8 @@ TEST_CASE("fault, SIGSTOP and SIGCONT: the device's watchdog acts, then bumpless
   plant.recovers();
 }
 
-TEST_CASE("fault, device absent at start: the daemon runs, and takes the loop over when it comes") {
+TEST_CASE(
+    "fault, device absent at start: the daemon runs, and takes the loop over when it appears") {
   TcpPlant plant;
   plant.rig.proxy.command("down");
   plant.daemon.start();
@@ -328,7 +332,7 @@ TEST_CASE("fault, device absent at start: the daemon runs, and takes the loop ov
   plant.recovers();
 }
 
-// The loop without a read-back, its first output left to the operator.
+// The loop without a read-back, with its first output left to the operator.
 std::string untold_loop_file() {
   std::string text = plant_loop("field", 1.0);
   const auto replace = [&](const std::string& from, const std::string& to) {
@@ -339,7 +343,7 @@ std::string untold_loop_file() {
   return text;
 }
 
-TEST_CASE("fault, output unknown: nothing is written before the operator's first output",
+TEST_CASE("fault, output unknown: the daemon doesn't write before the operator's first output",
           "[process]") {
   TcpRig rig(kDeviceArguments);
   DaemonProcess daemon("links:\n" + tcp_link_yaml("field", rig.proxy.ready("port")),
@@ -368,7 +372,7 @@ TEST_CASE("fault, output unknown: nothing is written before the operator's first
   waits_and_says_so();
   CHECK(rig.device.state("writes") == "0");
   CHECK(rig.device.state("watchdog_register") == "0");
-  CHECK(rig.device.state_number("co") == Approx(3.0));  // where it stood
+  CHECK(rig.device.state_number("co") == Approx(3.0));  // its old position
   CHECK(daemon.log().find("fault: output unknown; the output is not written") != std::string::npos);
 
   daemon.client().set({.loop = "FIC-101", .output = 5.0, .mode = "man"});
@@ -379,7 +383,8 @@ TEST_CASE("fault, output unknown: nothing is written before the operator's first
   CHECK(daemon.loop("FIC-101").at("co") == 5.0);
   CHECK(daemon.is("FIC-101", "mode", "MAN"));
 
-  // Nor after a crash: the device's watchdog has acted, and nobody has told the next daemon anything.
+  // Nor after a crash: the device's watchdog has acted, and the next daemon has no information
+  // about it.
   daemon.signal(SIGKILL);
   daemon.wait_for_end();
   REQUIRE(eventually([&] { return rig.device.state("watchdog") == "tripped"; }));
@@ -415,7 +420,7 @@ TEST_CASE("fault, configuration broken: a reload keeps the loop running; a good 
 TEST_CASE("fault, a dead device never delays another loop") {
   TcpRig alive(kDeviceArguments);
   TcpRig dead(kDeviceArguments);
-  // Who waited for the dead one would be too late for the other's max_age.
+  // A wait for the dead device would be too long for the other's max_age.
   constexpr double kWaitForDead_s = 6.0;
   constexpr double kMaxAge_s = 3.0;
   DaemonProcess daemon(
@@ -438,7 +443,7 @@ TEST_CASE("fault, a dead device never delays another loop") {
       [&] { return std::abs(dead.device.state_number("co") - kDeviceFailSafe) < 0.01; }));
 }
 
-TEST_CASE("fault, kill -9 beside a dead device: --safe reaches the others without waiting for it",
+TEST_CASE("fault, kill -9 with a dead device: --safe reaches the others without waiting for it",
           "[process]") {
   TcpRig dead(kDeviceArguments);
   TcpRig alive(kDeviceArguments);
@@ -453,7 +458,7 @@ TEST_CASE("fault, kill -9 beside a dead device: --safe reaches the others withou
   CHECK(daemon.wait_for_end() == 74);
 }
 
-TEST_CASE("fault, files with errors: --safe drives every output that they still tell of",
+TEST_CASE("fault, files with errors: --safe drives every output that they still describe",
           "[process]") {
   const std::string other =
       with(plant_loop("one", 1.0, "FIC-100"), "command: {address: 0,", "command: {address: 12,");
@@ -463,10 +468,10 @@ TEST_CASE("fault, files with errors: --safe drives every output that they still 
   for (const Case& files :
        {// A second link to the unit, with other settings.
         Case{"", other, plant_loop("two", 1.0)},
-        // A loop file that is none, and a key of no importance to the output.
+        // An invalid loop file, and a key that doesn't matter to the output.
         Case{"", "loop: [\n", with(plant_loop("one", 1.0), "kp: 0.3494", "kp: x")},
         Case{"", other, plant_loop("one", 1.0) + "monitor: {twin: none.yaml}\n"},
-        // Elsewhere in loopwardend.yaml.
+        // Errors elsewhere in loopwardend.yaml.
         Case{"log_level: nothing\n", other, plant_loop("one", 1.0)}}) {
     TcpRig rig(kDeviceArguments);
     const std::string port = rig.proxy.ready("port");

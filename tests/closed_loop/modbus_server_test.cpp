@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The real daemon's Modbus server, read and written by masters that are none of this project: pymodbus
-// and mbpoll, with the snippets that the project generates for them.
+// The real daemon's Modbus server, read and written by foreign masters: pymodbus and mbpoll, with
+// the snippets that the project generates for them.
 #include <arpa/inet.h>
 #include <netinet/in.h>
 #include <sys/socket.h>
@@ -85,7 +85,7 @@ class Wire {
   pid_t child_;
 };
 
-// Whether a value that a master read is one of those that the loop had of late.
+// Returns whether a value that a master read is among the recent values of the loop.
 bool seen(const std::vector<double>& values, double read) {
   return std::any_of(values.begin(), values.end(),
                      [&](double v) { return static_cast<float>(v) == static_cast<float>(read); });
@@ -122,7 +122,7 @@ void check_against_top(Plant& plant, const json& read) {
     CHECK(value("holding register", "ki") == Approx(0.04));
     CHECK(value("discrete input", "in_manual") == 0);
     CHECK(value("coil", "acknowledge_stiction") == 0);
-    // What the monitor decided.
+    // The decisions of the monitor.
     const json& monitor = loop.at("monitor");
     CHECK(value("input register", "window_number") == monitor.at("windows"));
     for (const alarm::AlarmKind kind : alarm::kValveAlarms) {
@@ -136,8 +136,9 @@ void check_against_top(Plant& plant, const json& read) {
 
 }  // namespace
 
-TEST_CASE("pymodbus reads every register, in each word order offered, and gets what top shows",
-          "[modbus_server]") {
+TEST_CASE(
+    "pymodbus reads every register, in each offered word order, and gets the values that top shows",
+    "[modbus_server]") {
   const std::string order = GENERATE(as<std::string>(), "abcd", "cdab", "badc", "dcba");
   INFO(order);
   Plant plant("  word_order: " + order + "\n");
@@ -211,7 +212,7 @@ TEST_CASE("writes are refused or accepted as configured, and end in the journal"
     CHECK(answer_of(plant.mbpoll("-t 4 -r 90 127.0.0.1 7")).text.find("Illegal data address") !=
           std::string::npos);
     CHECK(answer_of(plant.mbpoll("-t 0 -r 16 127.0.0.1 1")).exit_code ==
-          0);  // nothing to acknowledge
+          0);  // no alarm to acknowledge
     bool written = false;
     bool refused = false;
     for (const json& line : plant.daemon.journal(50, "FIC-102")) {
@@ -226,7 +227,7 @@ TEST_CASE("writes are refused or accepted as configured, and end in the journal"
   }
 }
 
-TEST_CASE("an order that can't act is refused on every way in, and the journal has it as refused",
+TEST_CASE("a command that can't act is refused on every way in, and the journal has it as refused",
           "[modbus_server]") {
   Plant plant("  writes: true\n  clients: [{peer: 127.0.0.1, writes: true}]\n");
   const auto loop = [&](const char* key) { return plant.daemon.loop("FIC-102").at(key); };
@@ -234,7 +235,8 @@ TEST_CASE("an order that can't act is refused on every way in, and the journal h
     return answer_of(LOOPWARDEN_CLI " set FIC-102 --socket " +
                      (plant.daemon.folder() / "control.sock").string() + " " + arguments);
   };
-  // mode, a reserved register, sp and output in one request; prints the exception, None if it was done.
+  // Writes mode, a reserved register, sp and output in one request. Prints the exception, or None
+  // if the write was done.
   const auto block = [&](int mode, double sp, double output) {
     return answer_of(
                "/usr/bin/python3 -c \"import struct; from pymodbus.client import ModbusTcpClient "
@@ -325,7 +327,7 @@ TEST_CASE("the same map on a serial line: mbpoll and pymodbus as masters of an R
   INFO(write.text);
   if (writes) {
     CHECK(test::eventually([&] { return plant.daemon.loop("FIC-102").at("sp") == 4.5; }));
-    // Written down when the loop's answer is there.
+    // The journal line is written when the loop's answer is there.
     CHECK(test::eventually([&] {
       const json lines = plant.daemon.journal(20, "FIC-102");
       return std::any_of(lines.begin(), lines.end(), [&](const json& entry) {
@@ -335,7 +337,7 @@ TEST_CASE("the same map on a serial line: mbpoll and pymodbus as masters of an R
   } else {
     CHECK(write.text.find("Illegal function") != std::string::npos);
   }
-  // A whole block, and another unit, which nobody answers for.
+  // A whole block, and another unit without a device.
   const ShellOutcome block = answer_of(
       "/usr/bin/python3 -c \"from pymodbus.client import ModbusSerialClient as C; "
       "c = lambda s: C(port='" +
@@ -351,7 +353,7 @@ TEST_CASE("the same map on a serial line: mbpoll and pymodbus as masters of an R
   CHECK(serial.at("requests") >= 3);
 }
 
-TEST_CASE("the master's heartbeat: when it stops, the loops do what is configured",
+TEST_CASE("the master's heartbeat: when it stops, the loops follow the configuration",
           "[modbus_server]") {
   Plant plant(
       "  writes: true\n  clients: [{peer: 127.0.0.1, writes: true}]\n"
@@ -361,7 +363,7 @@ TEST_CASE("the master's heartbeat: when it stops, the loops do what is configure
   CHECK(test::eventually([&] { return plant.daemon.is("FIC-102", "mode", "MAN"); }));
   CHECK(answer_of(plant.mbpoll("-t 1 -r 5 -c 1 127.0.0.1")).text.find("[5]: \t1") !=
         std::string::npos);
-  // Alive for as long as it goes on.
+  // Alive as long as the heartbeat changes.
   int beat = 1;
   CHECK(test::eventually([&] {
     beat = beat % 1000 + 1;
@@ -371,7 +373,7 @@ TEST_CASE("the master's heartbeat: when it stops, the loops do what is configure
   }));
 }
 
-TEST_CASE("hostile clients: no overrun more, no crash, and the others are served",
+TEST_CASE("hostile clients: no additional overrun, no crash, and the others are served",
           "[modbus_server]") {
   Plant plant("  max_clients: 16\n");
   const auto connect = [&] {

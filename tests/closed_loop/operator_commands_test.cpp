@@ -33,7 +33,7 @@ ShellOutcome loopwarden(const DaemonProcess& daemon, const std::string& argument
   return bash(daemon, LOOPWARDEN_CLI " " + arguments);
 }
 
-// The live view on a terminal of the test's own.
+// The live view on a terminal that the test creates.
 class Terminal {
  public:
   explicit Terminal(const std::string& socket) {
@@ -55,7 +55,7 @@ class Terminal {
     ::close(fd_);
   }
 
-  // Whether a picture with `wanted` comes, whatever came before this call.
+  // Returns whether a picture with `wanted` appears, whatever appeared before this call.
   bool shows(const std::string& wanted, const std::string& without = "\x01") {
     return test::eventually([&] {
       pollfd ready{.fd = fd_, .events = POLLIN, .revents = 0};
@@ -87,8 +87,9 @@ class Terminal {
 
 }  // namespace
 
-TEST_CASE("set and record: what is unknown is 64, what the daemon refuses 65, no daemon 74",
-          "[operator]") {
+TEST_CASE(
+    "set and record: unknown names end with 64, refusals of the daemon with 65, no daemon with 74",
+    "[operator]") {
   DaemonProcess daemon(kDaemon, {{"loops.d/1.yaml", loop_file("FIC-101")}});
   CHECK(loopwarden(daemon, "set FIC-101 --sp 5").exit_code == 74);
   daemon.start();
@@ -141,7 +142,7 @@ TEST_CASE("completion knows the daemon's loops, the alarms, and the words of an 
   CHECK(completed("gap --mod") == "--model\n");
 }
 
-TEST_CASE("top waits for a daemon that is restarted and goes on", "[operator]") {
+TEST_CASE("top waits for a restarting daemon and continues", "[operator]") {
   DaemonProcess daemon(kDaemon, {{"loops.d/1.yaml", loop_file("FIC-101")}});
   daemon.start();
   Terminal top((daemon.folder() / "control.sock").string());
@@ -149,7 +150,7 @@ TEST_CASE("top waits for a daemon that is restarted and goes on", "[operator]") 
   daemon.signal(SIGKILL);
   REQUIRE(daemon.wait_for_end() == -SIGKILL);
   CHECK(top.shows("trying again"));
-  CHECK(top.shows("FIC-101"));  // as it was last
+  CHECK(top.shows("FIC-101"));  // as in the last picture
   daemon.start();
   CHECK(top.shows("FIC-101", "trying again"));
   CHECK(top.quit() == 0);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Files that a start can't work with, in the real daemon: nobody takes them, and one loop's errors
-// stop no other loop.
+// Files that a start can't work with, in the real daemon: they are not loaded, and one loop's
+// errors stop no other loop.
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -52,7 +52,7 @@ struct Plant {
 
 }  // namespace
 
-TEST_CASE("what a start would refuse is refused by check, reload and dry run alike",
+TEST_CASE("errors that a start would refuse are refused by check, reload and dry run alike",
           "[out_of_service]") {
   Plant plant(loop_of("FIC-102"));
   plant.daemon.start();
@@ -69,7 +69,7 @@ TEST_CASE("what a start would refuse is refused by check, reload and dry run ali
     CHECK(said.text.find("sample_time 0.2 s, this loop 0.1 s") != std::string::npos);
   }
   CHECK(plant.daemon.run({"--config", config, "--check"}) == 78);
-  // It runs on as it was.
+  // It continues unchanged.
   CHECK(plant.daemon.loop("FIC-102").at("out_of_service").is_null());
   plant.daemon.write_config("twin.yaml", kTwin);
   CHECK(plant.command("check " + config).exit_code == 0);
@@ -104,14 +104,14 @@ TEST_CASE("a loop whose files are bad at the start stays out of service, and the
       written = written || line.at("result") == "out of service";
     }
     CHECK(written);
-    // Nothing can be ordered of it.
+    // It accepts no command.
     for (const char* order : {"FIC-102 --mode auto", "FIC-102 --output 3", "FIC-102 --sp 4"}) {
       const ShellOutcome said = plant.command(std::string("set ") + order + plant.socket());
       INFO(said.text);
       CHECK(said.exit_code != 0);
       CHECK(said.text.find("out of service") != std::string::npos);
     }
-    // Mended files need a restart.
+    // Corrected files need a restart.
     plant.daemon.write_config("loops.d/2.yaml", loop_of("FIC-102"));
     const ShellOutcome reloaded = plant.command("reload" + plant.socket());
     INFO(reloaded.text);
@@ -125,13 +125,14 @@ TEST_CASE("a loop whose files are bad at the start stays out of service, and the
   }
 }
 
-TEST_CASE("without any good loop, or with other errors in loopwardend.yaml, nothing starts",
-          "[out_of_service]") {
+TEST_CASE(
+    "without a valid loop, or with other errors in loopwardend.yaml, the daemon doesn't start",
+    "[out_of_service]") {
   DaemonProcess none(kDaemon, {{"loops.d/1.yaml", loop_of("FIC-101", kNamesTwin)}});
   CHECK(none.run({"--config", none.config().string()}) == 78);
   DaemonProcess daemon(kDaemon + "log_level: nothing\n", {{"loops.d/1.yaml", loop_of("FIC-101")}});
   CHECK(daemon.run({"--config", daemon.config().string()}) == 78);
-  // Its output is driven all the same.
+  // Its output is driven nevertheless.
   CHECK(daemon.run({"--config", daemon.config().string(), "--safe"}) == 0);
   CHECK(read_file(daemon.folder() / "output").find("FIC-101: output at 0 V") != std::string::npos);
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Days of plant life in seconds: the simulated loop of the thesis's plant 1, its valve's faults, its operator,
-// and the daemon's own monitor, alarms, journal and evidence, with the specialists that the project ships.
+// Simulates days of plant life in seconds: the loop of the thesis's plant 1, its valve's faults,
+// its operator, and the daemon's own monitor, alarms, journal and evidence, with the shipped
+// specialists.
 #include <array>
 #include <atomic>
 #include <catch2/catch.hpp>
@@ -93,11 +94,12 @@ class Plant {
         .accepted;
   }
   void set_mode(control::Mode mode) { loop_.controller().request_mode(mode); }
-  // Off, and off where it could not come either: one to the operator.
+  // Returns one name for an alarm that is off and one that can't be raised: the operator sees no
+  // difference.
   static std::string quiet(const std::string& state) {
     return state == "suppressed" ? "normal" : state;
   }
-  // The journal's lines of this kind, oldest first; without what only happened on the shelf.
+  // Returns the journal's lines of this kind, oldest first, without changes below a shelf.
   std::vector<std::string> lines(daemon::journal::JournalEntry::Kind kind) {
     journal_.wait_written(journal_.post({}), std::chrono::seconds(20));
     std::vector<std::string> texts;
@@ -173,7 +175,7 @@ class Plant {
   std::unique_ptr<Monitor> monitor_;
 };
 
-// A load that wanders, and an operator who moves the set point every ten minutes.
+// A wandering load, and an operator who moves the set point every ten minutes.
 plant::LoopModel day_model(double hours, bool steps = true) {
   plant::LoopModel m = *config::read_model_file(kSpecialists + "/model.yaml");
   m.transmitter.noise = 0.01;
@@ -192,11 +194,11 @@ ShellOutcome replay(const std::filesystem::path& evidence) {
 
 }  // namespace
 
-TEST_CASE("a day: faults that come and go, an operator, a sensor that fails, maintenance",
+TEST_CASE("a day: faults that begin and end, an operator, a sensor that fails, maintenance",
           "[closed_loop][plant_day]") {
   plant::LoopModel model = day_model(24.0);
-  // Of sizes that the specialists name alone. How often they don't, `loopwarden-study alarm` tells: stiction of 20 % of span in
-  // this very day raises hysteresis as well.
+  // These sizes give alarms with single names. `loopwarden-study alarm` measures how often others
+  // don't: on this same day stiction of 20 % of span also raises hysteresis.
   model.scenario.faults = {
       fault("stiction", {{"s", 1.2}, {"j", 0.6}}, 4.0, 10.0, 2.0),
       fault("backlash", {{"deadband", 2.0}}, 13.5, 17.0),
@@ -224,7 +226,7 @@ TEST_CASE("a day: faults that come and go, an operator, a sensor that fails, mai
   CHECK(plant.act(AlarmKind::bad_pv, AlarmAction::acknowledge));
   plant.sensor_good = true;
 
-  plant.run_to(16.0);  // play in the linkage since 13.5
+  plant.run_to(16.0);  // play in the linkage since 13.5 h
   CHECK(plant.state(AlarmKind::backlash) == alarm::AlarmState::unacknowledged);
   CHECK(plant.act(AlarmKind::backlash, AlarmAction::shelve, 4.0));
   plant.set_mode(control::Mode::manual);
@@ -233,9 +235,9 @@ TEST_CASE("a day: faults that come and go, an operator, a sensor that fails, mai
   plant.set_mode(control::Mode::automatic);
   plant.run_to(20.5);
 
-  plant.run_to(22.5);  // too little air since 21, and none of its consequences
+  plant.run_to(22.5);  // too little air since 21 h, without its consequences
   CHECK(plant.state(AlarmKind::low_air_supply) == alarm::AlarmState::unacknowledged);
-  plant.run_to(23.7);  // it is back since 22.5
+  plant.run_to(23.7);  // the supply is back since 22.5 h
   CHECK(plant.act(AlarmKind::low_air_supply, AlarmAction::acknowledge));
   plant.run_to(24.0);
 
@@ -253,7 +255,7 @@ TEST_CASE("a day: faults that come and go, an operator, a sensor that fails, mai
               "low_air_supply: unacknowledged > returned_unacknowledged",
               "low_air_supply: returned_unacknowledged > normal"});
 
-  // Each alarm's evidence, judged once more by the program, says the same.
+  // The program judges each alarm's evidence again and gets the same result.
   REQUIRE(test::eventually([&] { return plant.evidence().status().written == 3; }));
   for (const AlarmKind kind :
        {AlarmKind::stiction, AlarmKind::backlash, AlarmKind::low_air_supply}) {
@@ -265,7 +267,7 @@ TEST_CASE("a day: faults that come and go, an operator, a sensor that fails, mai
     CHECK(replayed.text.find("The same verdict.") != std::string::npos);
     CHECK(replayed.text.find(to_text(kind)) != std::string::npos);
   }
-  // And says so if it has been changed.
+  // It reports evidence that was changed.
   const auto folder = *plant.evidence().newest("FIC-101", AlarmKind::stiction);
   std::string record = read_file(folder / "record.csv");
   record[record.size() / 2] = record[record.size() / 2] == '1' ? '2' : '1';
@@ -275,7 +277,7 @@ TEST_CASE("a day: faults that come and go, an operator, a sensor that fails, mai
   CHECK(changed.text.find("record.csv has been changed") != std::string::npos);
 }
 
-TEST_CASE("corrective action: the jacket acts, and goes back at a veto or with the mode",
+TEST_CASE("corrective action: the jacket acts, and is withdrawn at a veto or with the mode",
           "[closed_loop][plant_day]") {
   plant::LoopModel model = day_model(4.0, false);
   model.disturbances.clear();
@@ -304,7 +306,7 @@ TEST_CASE("corrective action: the jacket acts, and goes back at a veto or with t
     plant.run_to(hour + 1.5);
     CHECK_FALSE(plant.jacket_acted);
   }
-  SECTION("manual: once more from a baseline of its own") {
+  SECTION("manual: once more from a new baseline") {
     plant.set_mode(control::Mode::manual);
     plant.run_to(hour + 0.25);
     CHECK(plant.corrective() == CorrectiveState::waiting);
@@ -312,11 +314,11 @@ TEST_CASE("corrective action: the jacket acts, and goes back at a veto or with t
   }
 }
 
-TEST_CASE("corrective action that does not help is taken back, and not tried again",
+TEST_CASE("corrective action that does not help is withdrawn, and not tried again",
           "[closed_loop][plant_day]") {
   plant::LoopModel model = day_model(4.0, false);
   model.disturbances.clear();
-  // A gain of nothing: a jacket that does nothing.
+  // A gain of zero: a jacket without effect.
   model.controller.jacket = {
       .form = control::JacketForm::bounded, .shadow = true, .gain_per_s = 0.0, .dead_zone = 0.03};
   model.scenario.faults = {fault("stiction", {{"s", 1.5}, {"j", 1.2}}, 0.5, 9.0)};

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Process alarms of the real daemon: what opens a contact and moves PV beyond its limit, told once, by its cause.
+// Process alarms of the real daemon: an open contact and a PV beyond its limit, each reported once,
+// by its cause.
 #include <catch2/catch.hpp>
 #include <map>
 #include <string>
@@ -32,7 +33,7 @@ ShellOutcome loopwarden(const DaemonProcess& daemon, const std::string& argument
 
 }  // namespace
 
-TEST_CASE("an open enable contact is told with what PV does, and not the mode that follows from it",
+TEST_CASE("an open enable contact is reported with the PV limit, but not with the resulting mode",
           "[closed_loop][process_alarms]") {
   DaemonProcess daemon(kDaemon, {{"loops.d/FIC-101.yaml", loop()}});
   daemon.start();
@@ -49,11 +50,11 @@ TEST_CASE("an open enable contact is told with what PV does, and not the mode th
     now = alarms();
     return now.at("pv_low").active && now.at("enable_open").active;
   }));
-  CHECK(now.at("enable_open").first_out);  // though the delay of pv_low is the shorter one
+  CHECK(now.at("enable_open").first_out);  // though the delay of pv_low is shorter
   CHECK(now.at("not_normal_mode").state == "suppressed");
   CHECK(now.at("not_normal_mode").consequence_of == "enable_open");
   CHECK_FALSE(now.at("deviation").active);
-  CHECK(now.find("pv_high") == now.end());  // the file gives no limit
+  CHECK(now.find("pv_high") == now.end());  // the file has no limit
   CHECK(now.at("certificate_expires").loop == "box");
   CHECK(now.at("certificate_expires").unacknowledged);
 

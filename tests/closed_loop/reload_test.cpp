@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// After a reload, whoever looks is told what is in force: status, registers and log of the real daemon.
+// After a reload, status, registers and log of the real daemon show the configuration in force.
 #include <catch2/catch.hpp>
 #include <cstdint>
 #include <cstdio>
@@ -53,7 +53,7 @@ struct Plant {
   json status() { return daemon.status().at("daemon"); }
   json configuration() { return status().at("configuration"); }
   std::uint32_t shown_hash() { return status().at("config_hash").get<std::uint32_t>(); }
-  // By a master that is none of this project.
+  // Reads a register with a foreign master.
   std::int64_t input_register(int address, const std::string& type) const {
     const std::string text =
         output_of("mbpoll -q -1 -0 -B -m tcp -p " + std::to_string(port) + " -t 3" + type +
@@ -66,7 +66,7 @@ struct Plant {
   std::uint32_t hash_register() const {
     return static_cast<std::uint32_t>(input_register(18, ":int"));
   }
-  // CRC-32 of the files as they are now, by a program that is none of this project.
+  // Returns the CRC-32 of the present files, calculated by a foreign program.
   std::uint32_t hash_of_files() {
     const std::string folder = daemon.config().string();
     return static_cast<std::uint32_t>(
@@ -74,7 +74,7 @@ struct Plant {
                              "/loops.d/*.yaml | python3 -c 'import sys, zlib; "
                              "print(zlib.crc32(sys.stdin.buffer.read()))'")));
   }
-  // What the log says from SIGHUP on until the reload is done.
+  // Returns the log from SIGHUP on until the reload is done.
   std::string reload() {
     const std::size_t before = daemon.log().size();
     daemon.signal(SIGHUP);
@@ -109,8 +109,8 @@ struct Plant {
 }  // namespace
 
 TEST_CASE(
-    "after a good reload status and register show the hash of the new files, after a bad one that "
-    "of the old",
+    "after a good reload status and register show the hash of the new files, after a bad one the "
+    "old hash",
     "[reload]") {
   Plant plant;
   const std::uint32_t first = plant.hash_of_files();
@@ -140,9 +140,8 @@ TEST_CASE(
 }
 
 TEST_CASE(
-    "what a reload does not take over is named in log and status, and the hash is that of no set "
-    "of "
-    "files",
+    "keys that a reload does not apply are named in log and status, and the hash is that of no set "
+    "of files",
     "[reload]") {
   Plant plant;
   const std::uint32_t first = plant.hash_of_files();
@@ -187,16 +186,18 @@ TEST_CASE("a loop whose units and ranges change keeps everything, and the others
   REQUIRE(plant.command("set FIC-101 --mode man --output 4").exit_code == 0);
   REQUIRE(eventually([&] { return plant.daemon.loop("FIC-101").at("co") == 4.0; }));
 
-  // From V to %, as whoever writes it would: ranges, gain and safe actions ten times as large.
+  // From V to %, with all consequences in the file: ranges, gain and safe actions ten times as
+  // large.
   std::string percent =
       replaced(plant.loop, "unit: V, range: [0, 10]", "unit: \"%\", range: [0, 100]");
   percent = replaced(replaced(percent, "kp: 0.35", "kp: 3.5"), "stop: 0", "stop: 40");
   plant.daemon.write_config("m.yaml", replaced(kModel, "output: [0, 10]", "output: [0, 100]"));
   plant.daemon.write_config("loops.d/1.yaml", percent);
-  plant.daemon.write_config("loops.d/2.yaml", replaced(loop_file("FIC-102", LOOPWARDEN_SOURCE_DIR
-                                                                 "/examples/models/plant1.yaml"),
-                                                       "kp: 0.35", "kp: 0.3"));
-  // The model of the second loop is another one, too: nothing of it is applied either.
+  plant.daemon.write_config(
+      "loops.d/2.yaml",
+      replaced(loop_file("FIC-102", LOOPWARDEN_SOURCE_DIR "/config/examples/models/plant1.yaml"),
+               "kp: 0.35", "kp: 0.3"));
+  // The model of the second loop is another one, too. No part of it is applied either.
   ShellOutcome told = plant.command("reload");
   CHECK(told.exit_code == 75);
   CHECK_THAT(told.text, Catch::Contains("FIC-101: all changes wait for a restart") &&
@@ -204,7 +205,7 @@ TEST_CASE("a loop whose units and ranges change keeps everything, and the others
                             Catch::Contains("also waiting: controller.kp 0.35 -> 3.5") &&
                             Catch::Contains("FIC-102: all changes wait for a restart") &&
                             Catch::Contains("not everything in the files is in force"));
-  // The second one's tuning alone is applied, whatever the first one waits for.
+  // Only the second one's tuning is applied, whatever the first one waits for.
   plant.daemon.write_config("loops.d/2.yaml",
                             replaced(loop_file("FIC-102", "../m2.yaml"), "kp: 0.35", "kp: 0.3"));
   plant.daemon.write_config("m2.yaml", kModel);
@@ -218,10 +219,10 @@ TEST_CASE("a loop whose units and ranges change keeps everything, and the others
   CHECK(plant.waiting().contains("controller.output.unit"));
   CHECK_FALSE(plant.configuration().at("files_in_force").get<bool>());
   CHECK_THAT(plant.command("top --once").text, Catch::Contains("configuration waits"));
-  // Orders are judged by what is in force: 30 would be no output of 0 to 10 V.
+  // Commands are judged by the settings in force: 30 is no output of 0 to 10 V.
   CHECK(plant.command("set FIC-101 --output 30").exit_code == 65);
 
-  // Back to the old files nothing waits.
+  // After a return to the old files no key waits.
   plant.daemon.write_config("m.yaml", kModel);
   plant.daemon.write_config("loops.d/1.yaml", plant.loop);
   told = plant.command("reload");
@@ -230,7 +231,8 @@ TEST_CASE("a loop whose units and ranges change keeps everything, and the others
   CHECK(plant.shown_hash() == plant.hash_of_files());
 }
 
-TEST_CASE("the command says what SIGHUP logs, and a dry run changes nothing", "[reload]") {
+TEST_CASE("the command prints the text that SIGHUP logs, and a dry run changes no setting",
+          "[reload]") {
   Plant plant;
   const std::uint32_t first = plant.shown_hash();
   plant.daemon.write_config("loops.d/1.yaml", replaced(plant.loop, "kp: 0.35", "kp: 0.3"));
@@ -264,7 +266,7 @@ TEST_CASE("the command says what SIGHUP logs, and a dry run changes nothing", "[
                           Catch::Contains("done; 1 key waits"));
 }
 
-TEST_CASE("files with errors, or half written, change nothing and end the command with 78",
+TEST_CASE("files with errors, or half written, change no setting and end the command with 78",
           "[reload]") {
   Plant plant;
   const std::uint32_t first = plant.shown_hash();
@@ -285,7 +287,7 @@ TEST_CASE("files with errors, or half written, change nothing and end the comman
   CHECK_THAT(plant.command("alarms journal").text, Catch::Contains("refused: "));
 }
 
-TEST_CASE("limits that exclude CO come into force once CO is inside", "[reload]") {
+TEST_CASE("limits that exclude CO are applied once CO is inside", "[reload]") {
   Plant plant;
   const auto co = [&] { return plant.daemon.loop("FIC-101").at("co").get<double>(); };
   REQUIRE(plant.command("set FIC-101 --mode man --output 8").exit_code == 0);
@@ -315,7 +317,8 @@ TEST_CASE("limits that exclude CO come into force once CO is inside", "[reload]"
   CHECK_THAT(plant.daemon.log(), Catch::Contains("reload: FIC-101: in force now"));
 }
 
-TEST_CASE("reload is an order: the sockets of readers and of the page don't offer it", "[reload]") {
+TEST_CASE("reload is a command: the sockets of readers and of the page don't offer it",
+          "[reload]") {
   Plant plant;
   for (const char* request : {"reload", "reload_state"}) {
     base::LocalClient status(plant.daemon.folder().string() + "/status.sock");
@@ -334,8 +337,7 @@ TEST_CASE("reload is an order: the sockets of readers and of the page don't offe
   CHECK(answer.at("ok") == false);
 }
 
-TEST_CASE("a reload gives the page its rights and takes them, and nothing waits for a restart",
-          "[reload]") {
+TEST_CASE("a reload grants the page its rights and withdraws them, without a restart", "[reload]") {
   Plant plant;
   const std::string socket = plant.daemon.folder().string() + "/page.sock";
   const std::string order =
@@ -376,7 +378,7 @@ TEST_CASE("a runtime directory that is missing is made, as the state directory i
   CHECK(eventually([&] { return std::filesystem::exists(folder + "/run/deep/metrics.prom"); }));
   daemon.signal(SIGTERM);
   CHECK(daemon.wait_for_end() == 0);
-  // One that can't be made: said with its name.
+  // A socket that can't be made is reported with its name.
   write_file(folder + "/file", "");
   daemon.write_config("loopwardend.yaml", "runtime_directory: " + folder +
                                               "/file/run\nstate_directory: " + folder + "\n");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a loop goes by after its daemon was killed.
+// Tests the sources of a loop's state after its daemon was killed.
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
 #include <signal.h>
@@ -28,7 +28,7 @@ int set(const DaemonProcess& daemon, const std::string& arguments) {
       .exit_code;
 }
 
-// The newest line of a restart; null if there is none.
+// Returns the newest line of a restart; null without one.
 json restart_line(DaemonProcess& daemon) {
   json found;
   test::eventually([&] {
@@ -44,7 +44,7 @@ json restart_line(DaemonProcess& daemon) {
 
 }  // namespace
 
-TEST_CASE("after kill -9 a loop continues with what was ordered last, and the journal says so",
+TEST_CASE("after kill -9 a loop continues with its last command, and the journal shows this",
           "[restart]") {
   DaemonProcess daemon(kDaemon, {{"loops.d/1.yaml", loop_file("FIC-101")}});
   daemon.start();
@@ -55,7 +55,7 @@ TEST_CASE("after kill -9 a loop continues with what was ordered last, and the jo
   const json line = restart_line(daemon);
   REQUIRE_FALSE(line.is_null());
   CHECK_THAT(line.at("new").get<std::string>(), Catch::Contains("AUTO, SP 4.5"));
-  // Manual stays manual, whatever the file begins with.
+  // Manual stays manual, whatever the start mode in the file.
   REQUIRE(set(daemon, "--mode man") == 0);
   kill_and_start(daemon);
   CHECK(test::eventually([&] { return daemon.is("FIC-101", "requested_mode", "MAN"); }));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The steps of `loopwarden setup` that move a valve, and the reading of registers, with the real daemon on a device that this
-// project didn't write (pymodbus).
+// The steps of `loopwarden setup` that move a valve, and the reading of registers. The real daemon
+// runs on a device that this project didn't write (pymodbus).
 #include <catch2/catch.hpp>
 
 #include <cmath>
@@ -31,13 +31,13 @@ std::string loop_text() {
   return with(text, "recovery: previous_mode", "late_cycle_periods: 40\n  recovery: manual");
 }
 
-// The file says that the device has a watchdog; its register was never set.
+// According to the file the device has a watchdog, but its register was never set.
 std::string without_watchdog(const std::string& text) {
   return with(text, "{timeout: 2, register: {address: 10, type: u16, scale: 0.1}, value: 2}",
               "{timeout: 1, set_by: device}");
 }
 
-// Nothing tells where the valve stands.
+// The position of the valve is unknown.
 std::string blind(const std::string& text) {
   return with(with(text, kReadBack, ""), "set_point: 5}", "set_point: 5, output: 4}");
 }
@@ -81,7 +81,7 @@ struct Plant {
 
 }  // namespace
 
-TEST_CASE("a stroke moves the valve through its limits and puts it back", "[setup]") {
+TEST_CASE("a stroke moves the valve through its limits and restores the output", "[setup]") {
   Plant plant;
   plant.start();
   ScriptedPerson& person = plant.s.person;
@@ -91,7 +91,7 @@ TEST_CASE("a stroke moves the valve through its limits and puts it back", "[setu
   CHECK(person.told("CO 2 V"));
   CHECK(person.told("CO 8 V"));
   CHECK(person.told("PV rises"));
-  // Neither the way there nor the one back is a jump: a quarter of the limits at most.
+  // The stroke makes no jump in either direction: a quarter of the limits at most.
   const std::vector<double> co = plant.daemon.trend("FIC-101").co;
   for (std::size_t i = 1; i < co.size(); ++i) CHECK(std::abs(co[i] - co[i - 1]) < 1.51);
   CHECK_FALSE(person.watches);
@@ -104,7 +104,7 @@ TEST_CASE("a stroke finds an action that is the wrong way round", "[setup]") {
   plant.start();
   plant.s.person.lines = {"FIC-101", "2 8", "0 10", "1"};
   CHECK_THROWS_WITH(setup::stroke_valve(plant.s.all), Catch::Contains("action must be reverse"));
-  // A record does not go to automatic with it, though the stroke is left open.
+  // With this action a record does not change to automatic, though the stroke is left open.
   CHECK(plant.back());
   plant.s.person.lines = {"FIC-101"};
   CHECK_THROWS_WITH(setup::record_moves(plant.s.all),
@@ -112,7 +112,7 @@ TEST_CASE("a stroke finds an action that is the wrong way round", "[setup]") {
   CHECK(plant.back());
 }
 
-TEST_CASE("nothing moves without the tag, a terminal, or with a key pressed", "[setup]") {
+TEST_CASE("the valve doesn't move without the tag, a terminal, or with a key pressed", "[setup]") {
   Plant plant;
   plant.start();
   ScriptedPerson& person = plant.s.person;
@@ -140,7 +140,7 @@ TEST_CASE("nothing moves without the tag, a terminal, or with a key pressed", "[
   CHECK(plant.served());
 }
 
-TEST_CASE("a device's watchdog runs out, and the output is put back", "[setup]") {
+TEST_CASE("a device's watchdog runs out, and the output is restored", "[setup]") {
   Plant plant;
   plant.start();
   const double trips = plant.device.state_number("trips");
@@ -164,7 +164,7 @@ TEST_CASE("a watchdog that does not act is found", "[setup]") {
   CHECK(plant.served());
 }
 
-TEST_CASE("what moves the valve for another reason is no watchdog", "[setup]") {
+TEST_CASE("a valve that moves for another reason is no proof of a watchdog", "[setup]") {
   Plant plant(without_watchdog(blind(loop_text())));
   plant.start();
   ScriptedPerson& person = plant.s.person;
@@ -184,7 +184,7 @@ TEST_CASE("what moves the valve for another reason is no watchdog", "[setup]") {
   CHECK(plant.s.state.found("watchdog").empty());
 }
 
-TEST_CASE("where no read-back tells, a person says where the watchdog took the valve", "[setup]") {
+TEST_CASE("without a read-back, a person enters where the watchdog moved the valve", "[setup]") {
   Plant plant(blind(loop_text()));
   plant.start();
   ScriptedPerson& person = plant.s.person;
@@ -200,7 +200,7 @@ TEST_CASE("where no read-back tells, a person says where the watchdog took the v
   CHECK(plant.back());
 }
 
-TEST_CASE("a key, and PV beyond its limits, end the wait for the output, which is put back",
+TEST_CASE("a key, and PV beyond its limits, end the wait for the output, which is restored",
           "[setup]") {
   Plant plant(with(loop_text(), "recovery_delay: 0.3", "recovery_delay: 3"));
   plant.start();
@@ -221,7 +221,7 @@ TEST_CASE("a key, and PV beyond its limits, end the wait for the output, which i
   CHECK_FALSE(plant.commissioned());
 }
 
-TEST_CASE("a loop that can't be put back is not given back, and what ended the test is told",
+TEST_CASE("a loop that can't be restored is not released, and the reason for the end is reported",
           "[setup]") {
   Plant plant;
   plant.start();
@@ -240,7 +240,7 @@ TEST_CASE("a loop that can't be put back is not given back, and what ended the t
   CHECK(loop.at("commissioning").at("ends_in_s") > 0.0);
 }
 
-TEST_CASE("where a fault's action has the output, a loop that is not put back is not given back",
+TEST_CASE("while a fault's action has the output, a loop that is not restored is not released",
           "[setup]") {
   Plant plant(with(loop_text(), "output_lost: hold", "output_lost: 3"));
   plant.start();
@@ -255,8 +255,7 @@ TEST_CASE("where a fault's action has the output, a loop that is not put back is
   CHECK(plant.commissioned());
 }
 
-TEST_CASE("while a loop is commissioned that shows, a reload is refused, and manual ends it",
-          "[setup]") {
+TEST_CASE("a loop in commissioning is shown, a reload is refused, and manual ends it", "[setup]") {
   Plant plant;
   plant.start();
   const std::string socket = " --socket " + plant.s.all.socket;
@@ -284,12 +283,12 @@ TEST_CASE("a record has the moves of the set point, and the loop is in manual af
   const std::string text = read_file(plant.s.state.found("record"));
   CHECK(text.find(",5.4,") != std::string::npos);
   CHECK(text.find(",4.6,") != std::string::npos);
-  // By the loop's next cycle.
+  // Done by the loop's next cycle.
   CHECK(test::eventually([&] { return plant.daemon.is("FIC-101", "requested_mode", "MAN"); }));
   CHECK(plant.served());
 }
 
-TEST_CASE("nothing moves with a file that is not in force", "[setup]") {
+TEST_CASE("the valve doesn't move with a file that is not in force", "[setup]") {
   Plant plant;
   plant.start();
   const double before = plant.co();
@@ -333,7 +332,7 @@ TEST_CASE("nothing moves with a file that is not in force", "[setup]") {
     CHECK(test.exit_code == 75);
     CHECK_THAT(test.text, Catch::Contains(told));
   }
-  // The step `start` waits until it is in force.
+  // The step `start` waits until the file is in force.
   plant.s.person.lines = {};
   CHECK_THROWS_AS(setup::start_loop(plant.s.all), setup::Paused);
   CHECK(plant.co() == Approx(before).margin(0.05));
@@ -343,7 +342,7 @@ TEST_CASE("nothing moves with a file that is not in force", "[setup]") {
   CHECK_THROWS_WITH(setup::stroke_valve(plant.s.all), Catch::Contains("action must be reverse"));
 }
 
-TEST_CASE("gains that a person has ordered are in force over the file", "[setup]") {
+TEST_CASE("gains that a person has set are in force over the file", "[setup]") {
   Plant plant;
   plant.start();
   protocol::ask(plant.daemon.client(),
@@ -354,9 +353,9 @@ TEST_CASE("gains that a person has ordered are in force over the file", "[setup]
   CHECK(setup::stroke_valve(plant.s.all) == Outcome::done);
 }
 
-TEST_CASE("a record that ends at a limit, by a key or a fault puts the output back", "[setup]") {
+TEST_CASE("a record that ends at a limit, by a key or a fault restores the output", "[setup]") {
   const std::string ends = GENERATE(as<std::string>(), "CO", "PV", "key", "operator");
-  // The wrong way round it runs away.
+  // With the wrong action the loop runs away.
   const bool wrong = ends == "CO" || ends == "PV";
   Plant plant(wrong ? with(loop_text(), "reverse", "direct") : loop_text());
   plant.start();
@@ -406,7 +405,7 @@ TEST_CASE("a record is not made with another action than that of the stroke", "[
   CHECK_THROWS_WITH(setup::record_moves(plant.s.all), Catch::Contains("--again stroke"));
 }
 
-TEST_CASE("registers are read where no loop runs, and left alone where one does", "[setup]") {
+TEST_CASE("registers are read only if no loop runs on them", "[setup]") {
   Plant plant;
   const std::string probe = R"({"transport":"tcp","host":"127.0.0.1","port":)" +
                             plant.device.ready("port") +
@@ -434,7 +433,7 @@ TEST_CASE("registers are read where no loop runs, and left alone where one does"
   is_refused(probe);
   is_refused(with(probe, "127.0.0.1", "localhost"));
   is_refused(with(probe, "127.0.0.1", "::ffff:127.0.0.1"));
-  // By what runs, whatever the files say by now.
+  // By the running configuration, whatever the present files contain.
   std::filesystem::remove(plant.daemon.config() / "loops.d/FIC-101.yaml");
   is_refused(probe);
 }

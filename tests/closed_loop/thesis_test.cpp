@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the thesis reports of its plant 1 (chapters 6 and 7.3.2), measured on the simulated loop.
+// The results of the thesis on its plant 1 (chapters 6 and 7.3.2), measured on the simulated loop.
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -23,8 +23,8 @@ constexpr double kSampleTime = 0.1;      // s
 constexpr double kStep = 10.0 / 4096.0;  // V, 12-bit data acquisition
 constexpr double kGain = 1.2264;         // L/min per V
 constexpr double kSetPoint = 5.0;        // L/min
-// Where levels of a stuck valve lie near the set point it may rest for long, so that what is
-// typical is the median over this many records.
+// A stuck valve may rest for long at a level near the set point. So the typical value is the median
+// over this many records.
 constexpr std::uint64_t kSeeds = 15;
 
 // Plant 1 with its Ziegler-Nichols PI, divided to tune it; 1 V = 1 L/min.
@@ -42,7 +42,7 @@ LoopModel plant_1(double divisor, std::uint64_t seed) {
   return m;
 }
 
-// A little load, as every real loop has: else the levels at which a valve sticks never change.
+// A small load, as in every real loop: otherwise the levels at which a valve sticks never change.
 LoopModel loaded_plant_1(std::uint64_t seed) {
   LoopModel m = plant_1(1.75, seed);
   m.disturbances = {
@@ -57,7 +57,7 @@ LoopModel sticky_plant_1(double s, double j, const std::string& law, std::uint64
   return m;
 }
 
-// The thesis's own way: an obstruction on the cam, which the set point lies in the middle of.
+// The thesis's own method: an obstruction on the cam, with the set point in its middle.
 LoopModel obstructed_plant_1(double band, double jump) {
   LoopModel m = plant_1(1.75, 1);
   m.valve_effects = {
@@ -86,7 +86,7 @@ struct Trend {
   }
 };
 
-// From 1000 s to 6000 s, long after the set-point step.
+// Evaluates 1000 s to 6000 s, long after the set-point step.
 Trend trend(const LoopModel& model) {
   Trend t;
   SimulatedLoop loop(model, kStep);
@@ -100,7 +100,7 @@ Trend trend(const LoopModel& model) {
   return t;
 }
 
-// Medians over seeds of one kind of valve.
+// Medians over the seeds for one kind of valve.
 struct Typical {
   double period_s, pv_amplitude, co_amplitude;
 };
@@ -117,7 +117,7 @@ Typical typical(double s, double j, const std::string& law) {
 
 }  // namespace
 
-TEST_CASE("the measures of a trend tell square, sine and saw-tooth apart", "[thesis]") {
+TEST_CASE("the measures of a trend distinguish square, sine and saw-tooth", "[thesis]") {
   std::vector<double> square, sine, saw_tooth;
   for (int k = 0; k < 10'000; ++k) {
     const double phase = k / 1000.0 - std::floor(k / 1000.0);
@@ -167,7 +167,7 @@ TEST_CASE("plant 1 with its tuned PI settles on 5 L/min from 0", "[thesis]") {
   CHECK(std::abs(mean_error) < 2.0 * kStep);
 }
 
-TEST_CASE("a healthy valve does not cycle where a sticky one does", "[thesis]") {
+TEST_CASE("a healthy valve does not cycle in a loop in which a sticky one does", "[thesis]") {
   for (std::uint64_t seed = 1; seed <= 3; ++seed) {
     const Trend healthy = trend(loaded_plant_1(seed));
     const Trend sticky = trend(sticky_plant_1(1.0, 0.4, "choudhury", seed));
@@ -197,7 +197,7 @@ TEST_CASE("with stiction CO is a saw-tooth and PV nearly a square wave", "[thesi
   CHECK(median(co_at_levels) < 0.6);
   // PV stays at the two levels between which the stem jumps, a sine 0.4 of the time.
   CHECK(median(pv_at_levels) > 0.9);
-  // They are a jump apart; CO goes at least from slip to slip.
+  // They are a jump apart; CO moves at least from slip to slip.
   CHECK(median(pv_distance) == Approx(kGain * kJump).epsilon(0.15));
   CHECK(median(co_distance) > 0.95 * 1.5);
 }
@@ -231,7 +231,8 @@ TEST_CASE("with S alone CO's amplitude grows and the frequency falls", "[thesis]
 }
 
 TEST_CASE("with S and J together the loop is the same at another scale", "[thesis]") {
-  // What falls with stiction in the thesis falls because the deadband grows more than the jump.
+  // Values that fall with stiction in the thesis fall because the deadband grows more than the
+  // jump.
   const std::string law = GENERATE("choudhury", "he");
   const auto exact_trend = [&](double scale) {
     LoopModel m = sticky_plant_1(scale, 0.4 * scale, law, 1);

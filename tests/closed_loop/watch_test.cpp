@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The real daemon beside a PLC that controls by itself, and beside a feeder: it sees, and writes nothing.
+// The real daemon as an observer of a PLC that controls by itself, and of a feeder: it reads, and
+// never writes.
 #include <pwd.h>
 #include <signal.h>
 #include <unistd.h>
@@ -39,13 +40,15 @@ process_variable: {unit: m3/h, range: [0, 40], max_age: 0.5}
 output: {unit: "%", range: [-5, 105]}
 )";
 
-const std::string kByModbus = "loop: FIC-205\n" + kHead + R"(recording: {enabled: true}
+const std::string kByModbus = "loop: FIC-205\n" + kHead +
+                              R"(recording: {enabled: true}
 io:
   backend: modbus
   pv: {link: plc, unit: 1, register: {table: input, address: 0, type: f32}}
   co: {link: plc, unit: 1, register: {table: input, address: 2, type: f32}}
   sp: {link: plc, unit: 1, register: {table: holding, address: 4, type: f32}}
-  mode: {link: plc, unit: 1, register: {table: input, address: 8, type: u16}, automatic: [1, 3], manual: [0]}
+  mode: {link: plc, unit: 1, register: {table: input, address: 8, type: u16}, )"
+                              R"(automatic: [1, 3], manual: [0]}
 )";
 
 const std::string kByFeed = "loop: FIC-206\n" + kHead + R"(recording: {enabled: false}
@@ -90,10 +93,10 @@ struct Rig {
 
 }  // namespace
 
-TEST_CASE("a loop that a PLC controls is watched by reading alone", "[watch]") {
+TEST_CASE("a loop that a PLC controls is watched only by reading", "[watch]") {
   Rig rig;
   const auto newest = [&] { return rig.loop("FIC-205"); };
-  // Each value is read by itself: all of them are there.
+  // Each value is read separately: all of them are there.
   REQUIRE(eventually([&] {
     const json now = newest();
     return now.value("fault", "") == "none" && now.at("mode") == "AUTO" && !now.at("sp").is_null();
@@ -109,14 +112,14 @@ TEST_CASE("a loop that a PLC controls is watched by reading alone", "[watch]") {
   CHECK(eventually([&] { return newest().at("monitor").at("window_state") == "filling"; }));
   CHECK(rig.loop("FIC-101").at("control") == "here");
 
-  SECTION("nothing of it can be ordered") {
+  SECTION("the loop accepts no command") {
     const ShellOutcome refused = rig.loopwarden("set FIC-205 --sp 10");
     CHECK(refused.exit_code == 65);
     CHECK(refused.text.find("FIC-205 is controlled elsewhere") != std::string::npos);
     CHECK(rig.loopwarden("set FIC-101 --sp 6").exit_code == 0);
     CHECK(newest().at("sp") == 20.0);
   }
-  SECTION("windows are judged in automatic alone") {
+  SECTION("windows are judged only in automatic") {
     rig.plc.command("mode 0");
     CHECK(eventually([&] { return newest().at("mode") == "MAN"; }));
     CHECK(eventually([&] { return newest().at("monitor").at("window_state") == "not automatic"; }));
@@ -126,14 +129,14 @@ TEST_CASE("a loop that a PLC controls is watched by reading alone", "[watch]") {
     CHECK(eventually([&] { return newest().at("mode") == "AUTO"; }));
     CHECK(eventually([&] { return newest().at("monitor").at("window_state") == "filling"; }));
   }
-  SECTION("a PLC that is away is said, and is back without a restart of anything") {
+  SECTION("a lost PLC is reported, and is back without a restart") {
     rig.plc.command("restart 1");
     CHECK(eventually([&] { return newest().at("pv_quality") == "bad"; }));
     CHECK(newest().at("pv").is_null());
     CHECK(eventually([&] { return newest().at("fault") == "none"; }));
     CHECK(rig.no_valve_alarm("FIC-205"));
   }
-  SECTION("the end of the daemon moves nothing of it") {
+  SECTION("the end of the daemon moves no output of the PLC") {
     rig.daemon.signal(SIGTERM);
     CHECK(rig.daemon.wait_for_end() == 0);
     const ShellOutcome safe =
@@ -145,8 +148,7 @@ TEST_CASE("a loop that a PLC controls is watched by reading alone", "[watch]") {
   CHECK(functions == "3,4");
 }
 
-TEST_CASE("commission, diagnose and gap take what the recorder holds of a watched loop",
-          "[watch]") {
+TEST_CASE("commission, diagnose and gap use the recorder's data of a watched loop", "[watch]") {
   Rig rig;
   const std::string out = (rig.daemon.folder() / "made").string();
   const auto commission = [&](const std::string& arguments) {
@@ -154,7 +156,7 @@ TEST_CASE("commission, diagnose and gap take what the recorder holds of a watche
   };
   REQUIRE(eventually([&] { return rig.loop("FIC-205").at("recording").at("bytes") > 4096; }));
   ShellOutcome made{-1, {}};
-  // What it has recorded last may not be on the disk yet.
+  // The newest samples may not be on the disk yet.
   REQUIRE(eventually([&] {
     made = commission("--loop FIC-205 --last 1h");
     return made.exit_code == 0;
@@ -222,8 +224,8 @@ TEST_CASE("a fed loop holds while its feeder lives, and is stale when it has die
     json loop = newest();
     CHECK(loop.at("co") == 33.0);
     CHECK(loop.at("sp") == 13.0);
-    CHECK(loop.at("mode") == "AUTO");  // none is wired
-    // Signs of life and no news.
+    CHECK(loop.at("mode") == "AUTO");  // no mode is wired
+    // Signs of life without new values.
     CHECK(eventually([&] {
       feed(json::array());
       return newest().at("pv_reason") == "held";

@@ -27,7 +27,7 @@ std::string said(const std::string& alarms) { return said_of_loop(kModbusLoop + 
 
 }  // namespace
 
-TEST_CASE("An alarm of a limit is there where the loop's file gives one", "[config][alarms]") {
+TEST_CASE("A limit alarm exists if the loop's file has one", "[config][alarms]") {
   const LoopAlarmConfig none = read("");
   for (const AlarmKind kind : alarm::kLimitAlarms) CHECK_FALSE(none.process.at(kind).fitted);
   CHECK(none.process.at(AlarmKind::bad_pv).fitted);
@@ -53,7 +53,8 @@ TEST_CASE("An alarm of a limit is there where the loop's file gives one", "[conf
   CHECK_FALSE(process.at(AlarmKind::pv_low).fitted);
 }
 
-TEST_CASE("A loop's file may say other texts of an alarm, the valve's too", "[config][alarms]") {
+TEST_CASE("A loop's file may have other texts for an alarm, also for a valve alarm",
+          "[config][alarms]") {
   const LoopAlarmConfig alarms = read(
       "alarms:\n  stiction: {priority: medium, action: call the valve shop}\n"
       "  bad_pv: {cause: \"FT-101, DP cell\", time_to_act: 5 min}\n");
@@ -64,7 +65,7 @@ TEST_CASE("A loop's file may say other texts of an alarm, the valve's too", "[co
   CHECK(alarms.priority[alarm::index_of(AlarmKind::stiction)] == alarm::Priority::medium);
 }
 
-TEST_CASE("Limits that can't be are named with what is expected", "[config][alarms]") {
+TEST_CASE("Impossible limits are reported with the expected ones", "[config][alarms]") {
   using Catch::Contains;
   CHECK_THAT(said("alarms:\n  pv_high: {limit: 10}\n"),
              Contains("alarms.pv_high.limit: must lie inside the range of PV, [0, 10]"));
@@ -93,7 +94,7 @@ TEST_CASE("A loop with an enable contact has its alarm", "[config][alarms]") {
   CHECK(wired(kAnalogLoop + "  enable: {line: ENABLE, active_low: true, debounce: 0.1}\n"));
 }
 
-TEST_CASE("An alarm that a loop does not have is named where its file describes it",
+TEST_CASE("An alarm that a loop does not have is reported at its place in the file",
           "[config][alarms]") {
   using Catch::Contains;
   const std::string enable = "alarms:\n  enable_open: {priority: low}\n";

@@ -95,7 +95,7 @@ TEST_CASE("The limits of NE 43 rise", "[config][analog]") {
         "= 20.5 mA (got 20)\n");
 }
 
-TEST_CASE("Faults of an analog output", "[config][analog]") {
+TEST_CASE("Errors of an analog output", "[config][analog]") {
   CHECK(said_of_loop(with(kAnalogLoop, "    comm_loss: none_accepted\n", ""))
             .starts_with(
                 "loop.yaml:20:5: error: io.output: missing key 'comm_loss' ({timeout, set_by: "

@@ -90,7 +90,7 @@ TEST_CASE("The load of a line is the sum over its loops", "[config][bus]") {
   CHECK(load.details == "FIC-1 67 ms of 200 ms, FIC-2 67 ms of 400 ms");
 }
 
-TEST_CASE("Values of watched loops count as they are asked for together", "[config][bus][watch]") {
+TEST_CASE("Values of watched loops count as they are requested together", "[config][bus][watch]") {
   const LinkSettings link = line(19200);
   const auto at = [&](int address) {
     SourcePoint point;
@@ -110,7 +110,7 @@ TEST_CASE("Values of watched loops count as they are asked for together", "[conf
     return loop;
   };
   const LoopConfig a = watched("FIC-1", 0);
-  const LoopConfig b = watched("FIC-2", 10);   // behind a gap of six
+  const LoopConfig b = watched("FIC-2", 10);   // after a gap of six
   const LoopConfig c = watched("FIC-3", 100);  // too far away
   const BusLoad load = bus_load({c, b, a}, link);
   CHECK(load.share == Approx(read_s(link, 14) + read_s(link, 4)));

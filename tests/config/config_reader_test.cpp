@@ -67,7 +67,7 @@ TEST_CASE("The daemon's own file may be absent", "[config][directory]") {
   CHECK(configuration->daemon.state_directory == "/var/lib/loopwardend");
 }
 
-TEST_CASE("A configuration without loops is none", "[config][directory]") {
+TEST_CASE("A configuration without loops is invalid", "[config][directory]") {
   const ScratchFolder folder;
   CHECK(said_of(folder) == "loops.d: error: can't be read: No such file or directory\n");
   folder.write("loops.d/a.yml", kModbusLoop);
@@ -76,7 +76,7 @@ TEST_CASE("A configuration without loops is none", "[config][directory]") {
         "loops.d: error: contains no loop file (*.yaml)\n");
 }
 
-TEST_CASE("Errors of all files come in one pass", "[config][directory]") {
+TEST_CASE("Errors of all files are reported in one pass", "[config][directory]") {
   const ScratchFolder folder;
   folder.write("loopwardend.yaml", "log_levle: info\n" + kLinks);
   folder.write("loops.d/a.yaml", with(kModbusLoop, "kp: 0.35", "kp: x"));
@@ -87,7 +87,7 @@ TEST_CASE("Errors of all files come in one pass", "[config][directory]") {
         "loops.d/b.yaml:7:7: error: controller.ki: must be a number (got 'y')\n");
 }
 
-TEST_CASE("A link with an error is not called missing as well", "[config][directory]") {
+TEST_CASE("A link with an error is not reported as missing as well", "[config][directory]") {
   const ScratchFolder folder;
   folder.write("loopwardend.yaml", "links:\n  skid: {transport: tcp, host: plc}\n");
   folder.write("loops.d/a.yaml", kModbusLoop);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Short files to vary, and what the readers say about them.
+// Short files to vary, and the readers' messages about them.
 #pragma once
 
 #include <catch2/catch.hpp>
@@ -26,7 +26,7 @@ transmitter:
   range: [0, 10]
 )";
 
-// Its io section is line 16 on.
+// Its io section begins at line 16.
 inline const std::string kLoopHead = R"(loop: FIC-101
 sample_time: 0.1
 process_variable: {unit: L/min, range: [0, 10]}
@@ -104,7 +104,7 @@ class ScratchFolder : public tests::TemporaryFolder {
   void write(const std::string& name, const std::string& text) const {
     tests::write_file(*this / name, text);
   }
-  // Diagnostics with the folder's own name taken out.
+  // Returns the diagnostics without the folder's own name.
   std::string relative(std::string text) const {
     const std::string prefix = path().string() + "/";
     for (std::size_t at = text.find(prefix); at != std::string::npos; at = text.find(prefix)) {

@@ -103,14 +103,14 @@ TEST_CASE("Anti-windup and jacket have their defaults and their words", "[config
                                                             .mean_error_time_s = 90});
 }
 
-TEST_CASE("Each compensator has its own keys and says which are missing", "[config][controller]") {
+TEST_CASE("Each compensator has its own keys and names the missing ones", "[config][controller]") {
   const std::string gains = "  kp: 1\n  ki: 0\n";
   const auto read_c = [&](const std::string& keys) {
     const auto model =
         read_model_text("m.yaml", with_gains(gains + "  compensator: {" + keys + "}\n"));
     INFO(to_text(model.diagnostics));
     REQUIRE(model);
-    // What is written reads back the same.
+    // The written text is read back the same.
     const auto again = read_model_text("again.yaml", write_model(*model));
     INFO(to_text(again.diagnostics));
     REQUIRE(again);

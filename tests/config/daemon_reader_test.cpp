@@ -63,8 +63,7 @@ links:
   CHECK_FALSE(line.response_timeout_ms);
 }
 
-TEST_CASE("Nobody orders by the page's or the edge's socket unless it is said",
-          "[config][daemon]") {
+TEST_CASE("By default the page's and the edge's socket accept no commands", "[config][daemon]") {
   const auto rights = [](const std::string& text) {
     const auto daemon = read_daemon_text("/etc/lw/loopwardend.yaml", text);
     INFO(to_text(daemon.diagnostics));
@@ -88,7 +87,7 @@ TEST_CASE("Nobody orders by the page's or the edge's socket unless it is said",
         "d.yaml:1:8: error: unknown key 'controls'; did you mean 'control'?\n");
 }
 
-TEST_CASE("Faults of the daemon's file", "[config][daemon]") {
+TEST_CASE("Errors of the daemon's file", "[config][daemon]") {
   CHECK(said_of_daemon("real_time: {priority: 99}\n") ==
         "d.yaml:1:23: error: real_time.priority: must be a whole number from 0 to 98 (got 99)\n");
   CHECK(said_of_daemon("accelerate: 0\n") ==
@@ -97,7 +96,7 @@ TEST_CASE("Faults of the daemon's file", "[config][daemon]") {
         "d.yaml:1:12: error: log_level: must be debug, info, warn or error (got 'verbose')\n");
 }
 
-TEST_CASE("Faults of a link", "[config][daemon]") {
+TEST_CASE("Errors of a link", "[config][daemon]") {
   const auto said_of_link = [](const std::string& keys) {
     return said_of_daemon("links: {a: {" + keys + "}}\n");
   };
@@ -196,7 +195,7 @@ TEST_CASE("Without a section there is no Modbus server; an empty one reads only,
   }
 }
 
-TEST_CASE("What is wrong with a Modbus server is said at its place", "[config][daemon]") {
+TEST_CASE("Errors of a Modbus server are reported at their place", "[config][daemon]") {
   CHECK(said_of_daemon("modbus_server: {address: plc}\n").find("numeric address") !=
         std::string::npos);
   CHECK(said_of_daemon("modbus_server: {clients: [{peer: 10.0.0.1/24}]}\n")

@@ -53,11 +53,12 @@ TEST_CASE("A flood of errors is cut short, and stays an error", "[config]") {
   CHECK(flooded.diagnostics.back().message == "150 more are not shown");
 }
 
-TEST_CASE("A misspelt word brings the nearest known one", "[config]") {
+TEST_CASE("A misspelt word is reported with the nearest known one", "[config]") {
   const std::vector<std::string> known{"gain", "range", "time_constant", "unit"};
   CHECK(suggestion("gian", known) == "; did you mean 'gain'?");  // neighbours swapped
-  CHECK(suggestion("gai", known) == "; did you mean 'gain'?");   // one left out
-  CHECK(suggestion("GAIN", known) == "; did you mean 'gain'?");  // in the other case
+  CHECK(suggestion("gai", known) == "; did you mean 'gain'?");   // one letter missing
+  // in the other case (upper and lower)
+  CHECK(suggestion("GAIN", known) == "; did you mean 'gain'?");
   CHECK(suggestion("rnage", known) == "; did you mean 'range'?");
   CHECK(suggestion("timeconstant", known) == "; did you mean 'time_constant'?");
   CHECK(suggestion("colour", known).empty());
@@ -69,7 +70,7 @@ TEST_CASE("Text from a file is harmless in a message", "[config]") {
   CHECK(quotable("plain") == "plain");
   CHECK(quotable("a\x1b[31mb\nc") == "a?[31mb?c");
   CHECK(quotable(std::string(100, 'x')) == std::string(60, 'x') + "...");
-  // A cut never leaves half of a character.
+  // A cut never leaves part of a character.
   CHECK(quotable(std::string(59, 'x') + "\xc3\xa9" + "yy") == std::string(59, 'x') + "...");
 }
 

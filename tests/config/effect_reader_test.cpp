@@ -76,7 +76,7 @@ TEST_CASE("An effect of the process may need a table, or the process's lag", "[c
     REQUIRE(model);
     REQUIRE(model->scenario.faults.size() == 1);
     const effects::EffectSpec& effect = model->scenario.faults.front().effect;
-    // What is written is read as the same.
+    // The written text is read as the same effect.
     const auto again = read_model_text("again.yaml", write_model(*model));
     REQUIRE(again);
     CHECK(again->scenario.faults.front().effect == effect);
@@ -116,7 +116,7 @@ TEST_CASE("An effect of the process may need a table, or the process's lag", "[c
             .first.parameters.at("time_constant") == 77.0);
 }
 
-TEST_CASE("A fault that has times of its own takes no schedule beside them", "[config][effects]") {
+TEST_CASE("A fault with its own times takes no additional schedule", "[config][effects]") {
   const auto text = [](const std::string& more) {
     return kModel +
            "scenario:\n  faults:\n    - {effect: intermittent_stiction, s: 1, j: 0.5, from: 20, "
@@ -133,7 +133,7 @@ TEST_CASE("A fault that has times of its own takes no schedule beside them", "[c
   CHECK_THAT(test::said_of_model(text(", ramp: 5")), Catch::Contains("unknown key 'ramp'"));
 }
 
-TEST_CASE("Faults of an effect stand at the key that is wrong", "[config][effects]") {
+TEST_CASE("Errors of an effect are reported at the wrong key", "[config][effects]") {
   CHECK(said_of("{effect: sticktion, s: 1, j: 0}") ==
         "m.yaml:14:16: error: valve.effects[0].effect: unknown effect 'sticktion'; did you mean "
         "'stiction'?\n");
@@ -157,7 +157,7 @@ TEST_CASE("Faults of an effect stand at the key that is wrong", "[config][effect
         "m.yaml:14:7: error: valve.effects[0]: hysteresis takes either offset or width\n");
 }
 
-TEST_CASE("Faults come and go on a schedule", "[config][effects]") {
+TEST_CASE("Faults begin and end on a schedule", "[config][effects]") {
   const auto fault_text = [](const std::string& fault) {
     return kModel + "scenario:\n  faults:\n    - " + fault + "\n";
   };
@@ -193,7 +193,7 @@ TEST_CASE("Every effect of the catalogue can be read and is described", "[config
   for (const effects::Descriptor& info : effects::effect_catalogue()) {
     CHECK(table.find("| `" + std::string(info.name) + "` |") != std::string::npos);
   }
-  // Its example, as a model file holds it, is read as it was written.
+  // Its example is read from a model file as it was written.
   const auto base = read_model_text("m.yaml", kModel);
   REQUIRE(base);
   for (const effects::Descriptor& info : effects::effect_catalogue()) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The examples are accepted as they stand, and any small slip in them is found where it is.
+// The examples are accepted unchanged, and any small slip in them is found at its place.
 #include <algorithm>
 #include <filesystem>
 #include <sstream>
@@ -40,7 +40,7 @@ struct Key {
   std::size_t length = 0;
 };
 
-// Every `key:` of the text, also within {}; comments are passed over.
+// Returns every `key:` of the text, also within {}; comments are skipped.
 std::vector<Key> keys_of(const std::vector<std::string>& lines) {
   std::vector<Key> keys;
   for (std::size_t n = 0; n < lines.size(); ++n) {
@@ -59,7 +59,7 @@ std::vector<Key> keys_of(const std::vector<std::string>& lines) {
   return keys;
 }
 
-// Reads the text as the file that it is a variation of.
+// Reads the text as a variation of this file.
 std::vector<Diagnostic> diagnose(const fs::path& file, const std::string& text) {
   if (file.filename() == "loopwardend.yaml")
     return read_daemon_text(file.string(), text).diagnostics;
@@ -72,7 +72,7 @@ std::vector<Diagnostic> diagnose(const fs::path& file, const std::string& text) 
   return read_loop_text(file.string(), text, *daemon).diagnostics;
 }
 
-// Those of other programs than the daemon are read by the tests of their own readers.
+// Returns the examples of the daemon. The tests of other programs read the others.
 std::vector<fs::path> example_files() {
   std::vector<fs::path> files;
   for (const auto& entry : fs::recursive_directory_iterator(kExamples)) {
@@ -85,7 +85,7 @@ std::vector<fs::path> example_files() {
   return files;
 }
 
-// The package makes the user; a machine that builds need not have him.
+// The package creates the user; a build host need not have it.
 bool is_of_this_host(const Diagnostic& diagnostic) {
   return diagnostic.message.starts_with("there is no user 'loopwarden-feed' on this host");
 }
@@ -132,14 +132,14 @@ TEST_CASE("The example plant is the thesis's", "[config][examples]") {
   CHECK(model->transmitter.resolution == 10.0 / 4096.0);
 }
 
-TEST_CASE("A misspelt key is found where it stands, in every example", "[config][examples]") {
+TEST_CASE("A misspelt key is found at its place, in every example", "[config][examples]") {
   for (const fs::path& file : example_files()) {
     const std::vector<std::string> lines = lines_of(loopwarden::tests::read_file(file));
     for (const Key& key : keys_of(lines)) {
       std::vector<std::string> changed = lines;
       changed[key.line].insert(key.column + key.length, "_x");
       const std::vector<Diagnostic> diagnostics = diagnose(file, joined(changed));
-      // The name of a link or a feeder is free: a loop that uses it finds out.
+      // The name of a link or a feeder is free: only a loop that uses it detects the slip.
       const bool is_free_name =
           file.filename() == "loopwardend.yaml" &&
           std::all_of(diagnostics.begin(), diagnostics.end(), is_of_this_host);
@@ -154,7 +154,8 @@ TEST_CASE("A misspelt key is found where it stands, in every example", "[config]
   }
 }
 
-TEST_CASE("A line that is gone or doubled is found, or made no difference", "[config][examples]") {
+TEST_CASE("A line that is missing or doubled is found, or made no difference",
+          "[config][examples]") {
   for (const fs::path& file : example_files()) {
     const std::vector<std::string> lines = lines_of(loopwarden::tests::read_file(file));
     for (std::size_t n = 0; n < lines.size(); ++n) {
@@ -162,7 +163,7 @@ TEST_CASE("A line that is gone or doubled is found, or made no difference", "[co
       if (code.find_first_not_of(' ') == std::string::npos) continue;
       std::vector<std::string> without = lines;
       without.erase(without.begin() + static_cast<std::ptrdiff_t>(n));
-      diagnose(file, joined(without));  // whatever is said, it comes back
+      diagnose(file, joined(without));  // any message, but no crash
 
       const bool is_key =
           code.find(':') != std::string::npos && code.find("- {") == std::string::npos;
@@ -198,7 +199,7 @@ TEST_CASE("A value of another kind is found on its line, in every example", "[co
                              code.find("device:") != std::string::npos ||
                              code.find("channel:") != std::string::npos;
         const bool plain_word = value[0] == '.' || value[0] == '0';
-        if (is_text && plain_word) continue;  // words like any others
+        if (is_text && plain_word) continue;  // ordinary words
         const bool found = std::any_of(
             diagnostics.begin(), diagnostics.end(),
             [&](const Diagnostic& d) { return d.place.line == static_cast<int>(n) + 1; });

@@ -10,7 +10,7 @@ using namespace loopwarden;
 using namespace loopwarden::config;
 using control::JacketForm;
 
-TEST_CASE("What is behind a loop follows from its backend", "[config][interlocks]") {
+TEST_CASE("The backing of a loop follows from its backend", "[config][interlocks]") {
   CHECK(backing_of(SimIo{}).simulated);
   CHECK_FALSE(backing_of(SimIo{}).hardware);
   CHECK(backing_of(hal::modbus::LoopModbusSettings{}).hardware);

@@ -13,7 +13,8 @@ using test::with;
 
 namespace {
 
-// What is said of a loop file loops.d/a.yaml with this io section, model and record beside it.
+// Returns the messages for a loop file loops.d/a.yaml with this io section, and a model and record
+// in the same folder.
 struct Trial {
   ScratchFolder folder;
 

@@ -17,7 +17,7 @@ constexpr const char* kDocument = LOOPWARDEN_SOURCE_DIR "/docs/configuration.md"
 
 }  // namespace
 
-TEST_CASE("docs/configuration.md says what the readers say", "[config][reference]") {
+TEST_CASE("docs/configuration.md has the text of the readers", "[config][reference]") {
   const std::string described = describe_configuration();
   if (std::getenv("LOOPWARDEN_REGENERATE") != nullptr) {
     std::ofstream(kDocument, std::ios::binary) << described;
@@ -43,7 +43,7 @@ TEST_CASE("loopwardend.yaml(5) names every key", "[config][reference]") {
   }
 }
 
-TEST_CASE("A table for each mapping, with what may stand in it", "[config][reference]") {
+TEST_CASE("A table for each mapping, with its allowed values", "[config][reference]") {
   KeyReference reference;
   reference.add({"top", "number > 0, s", "required", "first"});
   reference.add({"inner", "mapping", "none", "second"});

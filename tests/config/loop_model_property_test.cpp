@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Model files: what is written reads back equal, for every effect with any parameters it takes.
+// A written model file reads back equal, for every effect with any valid parameters.
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -61,9 +61,8 @@ effects::EffectSpec any_spec(const effects::Descriptor& info) {
   return spec;
 }
 
-// Some sets of parameters exclude each other: those are no models.
-bool possible(const effects::EffectSpec& spec, effects::Block block,
-              const plant::LoopModel& model) {
+// Some parameters exclude each other: such sets are no models.
+bool possible(const effects::EffectSpec& spec, effects::Block block, const plant::LoopModel& model) {
   try {
     effects::check_effect(spec, block,
                           {.sample_time_s = model.sample_time_s,

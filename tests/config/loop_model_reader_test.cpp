@@ -38,18 +38,18 @@ TEST_CASE("A model of the fixed format is read whole", "[config][model]") {
   CHECK(read_model_file(LOOPWARDEN_SOURCE_DIR "/tests/config/data/model_plant1.yaml"));
 }
 
-TEST_CASE("What a model leaves out has its default", "[config][model]") {
+TEST_CASE("Keys that a model omits have their default", "[config][model]") {
   const auto model = read_model_text("m.yaml", kModel);
   REQUIRE(model);
   CHECK(model->uncertainty == plant::ProcessUncertainty{0.03, 0.06, 0.03});
   CHECK(model->transmitter.noise == 0.0);
   CHECK(model->scenario == plant::Scenario{});
   CHECK(model->controller.jacket == control::JacketSettings{});
-  CHECK(model->controller.set_point.high == 10.0);  // as far as the transmitter sees
+  CHECK(model->controller.set_point.high == 10.0);  // up to the transmitter's range
   CHECK(std::isinf(model->controller.output.rate_per_s));
 }
 
-TEST_CASE("A process integrates, or has a second lag, where its keys say so", "[config][model]") {
+TEST_CASE("A process integrates, or has a second lag, if its keys are set", "[config][model]") {
   const std::string integrating =
       with(with(kModel, "gain: 1.2264", "kind: integrating\n  gain: 0.02"),
            "  time_constant: 1.7\n", "");
@@ -74,7 +74,8 @@ TEST_CASE("A process integrates, or has a second lag, where its keys say so", "[
       Catch::Contains("second_time_constant"));
 }
 
-TEST_CASE("PV at CO 0 is stated by `level`, of a self-regulating process only", "[config][model]") {
+TEST_CASE("PV at CO 0 is stated by `level`, only for a self-regulating process",
+          "[config][model]") {
   const auto without = read_model_text("m.yaml", kModel);
   REQUIRE(without);
   CHECK_FALSE(without->process.level.has_value());
@@ -90,7 +91,7 @@ TEST_CASE("PV at CO 0 is stated by `level`, of a self-regulating process only", 
              Catch::Contains("process.level"));
 }
 
-TEST_CASE("`valve: none` states that the actuator can't stick", "[config][model]") {
+TEST_CASE("`valve: none` states that no valve can stick", "[config][model]") {
   const std::string with_valve = with(kModel, "process:\n", "valve:\n  effects: []\nprocess:\n");
   const std::string none = with(kModel, "process:\n", "valve: none\nprocess:\n");
   REQUIRE(read_model_text("m.yaml", with_valve));
@@ -114,7 +115,7 @@ TEST_CASE("Keys of a model reach their place", "[config][model]") {
   CHECK(model->controller.pid.gains.kp == Approx(0.8 * 100 / 200));
   CHECK(model->controller.output.rate_per_s == 5.0);
   CHECK(model->controller.output.deadband == 0.1);
-  CHECK(model->controller.pid.tolerance == 0.1);  // what the deadband holds back is no windup
+  CHECK(model->controller.pid.tolerance == 0.1);  // CO that the deadband holds back is no windup
   CHECK(model->process.gain == -1.5);
   CHECK(model->uncertainty == plant::ProcessUncertainty{0.05, 0.1, 0.02});
   CHECK(model->transmitter.noise == 0.1);
@@ -123,12 +124,12 @@ TEST_CASE("Keys of a model reach their place", "[config][model]") {
   CHECK(model->scenario.set_point ==
         std::vector<std::pair<double, double>>{{0, 40}, {100.5, 55}, {400, 45}});
   CHECK(model->scenario.faults.size() == 2);
-  // What was accepted can be simulated.
+  // An accepted model can be simulated.
   plant::SimulatedLoop loop(*model);
   for (int i = 0; i < 100; ++i) CHECK(std::isfinite(loop.step().pv));
 }
 
-TEST_CASE("Errors of a model name place, key and what was expected", "[config][model]") {
+TEST_CASE("Errors of a model name place, key and the expected value", "[config][model]") {
   CHECK(said_of_model(with(kModel, "sample_time: 0.1", "sample_time: 0")) ==
         "m.yaml:1:14: error: sample_time: must be >= 0.001 and <= 3600 s (got 0)\n");
   CHECK(said_of_model(with(kModel, "gain: 1.2264", "gain: 0")) ==
@@ -170,7 +171,7 @@ TEST_CASE("A scenario's set points begin at zero, rise in time and lie in range"
       "11)\n");
 }
 
-TEST_CASE("A model file that is not there is an error, not an exception", "[config][model]") {
+TEST_CASE("A missing model file is an error, not an exception", "[config][model]") {
   const auto model = read_model_file("/nonexistent/model.yaml");
   CHECK_FALSE(model);
   CHECK(to_text(model.diagnostics) ==

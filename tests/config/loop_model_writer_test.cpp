@@ -61,7 +61,7 @@ TEST_CASE("A heading becomes comments", "[config][model]") {
   CHECK(*again == *model);
 }
 
-TEST_CASE("A twin's covariance is written and read back, and one that is none is refused",
+TEST_CASE("A twin's covariance is written and read back, and an invalid one is refused",
           "[config][model]") {
   auto model = read_model_text("m.yaml", test::kModel);
   REQUIRE(model);

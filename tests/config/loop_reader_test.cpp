@@ -23,7 +23,7 @@ LoopConfig read(const std::string& text) {
   return std::move(*loop);
 }
 
-// With a jacket behind the controller's action, line 6.
+// Adds a jacket after the controller's action, line 6.
 std::string with_jacket(const std::string& keys) {
   return with(kModbusLoop, "  kp: 0.35\n", "  jacket: {" + keys + "}\n  kp: 0.35\n");
 }
@@ -54,7 +54,7 @@ TEST_CASE("A loop file fills the loop's settings", "[config][loop]") {
   CHECK(loop.safety.on_enable_open == OutputAction::go_to(1.0));
 }
 
-TEST_CASE("What a loop file leaves out has its default", "[config][loop]") {
+TEST_CASE("Keys that a loop file omits have their default", "[config][loop]") {
   const LoopConfig loop = read(with(kModbusLoop, ", output: 1}", "}"));
   CHECK(loop.pv.max_age_s == Approx(0.3));  // three sample times
   CHECK(loop.pv.range_margin == 0.05);
@@ -78,16 +78,15 @@ TEST_CASE("What a loop file leaves out has its default", "[config][loop]") {
 
 namespace {
 
-// The start of line 10, of a loop whose io section is at 17:3 and has no read-back.
+// Line 10, `start`, of a loop whose io section is at 17:3 and has no read-back.
 std::string with_start(const std::string& start) {
   return with(kModbusLoop, "{mode: manual, set_point: 5, output: 1}", start);
 }
 
 }  // namespace
 
-TEST_CASE(
-    "A loop continues after a restart if it begins in automatic, unless its file says otherwise",
-    "[config][loop]") {
+TEST_CASE("A loop continues after a restart if it begins in automatic, unless its file forbids it",
+          "[config][loop]") {
   using AfterRestart = Start::AfterRestart;
   const auto start = [](const std::string& keys) { return read(with_start(keys)).start; };
   CHECK(start("{mode: automatic, set_point: 5, output: 4}").after_restart == AfterRestart::resume);
@@ -102,7 +101,7 @@ TEST_CASE(
              Catch::Contains("start.after_restart") && Catch::Contains("continue, manual or file"));
 }
 
-TEST_CASE("Automatic needs something that tells where the output stands", "[config][loop]") {
+TEST_CASE("Automatic needs a source of the output's position", "[config][loop]") {
   const auto refused = [](const std::string& hold) {
     return "loop.yaml:10:15: error: start.mode: automatic can't begin: output is hold" + hold +
            " and the io section (at 17:3) has no read_back, so the present output is unknown. Add "
@@ -113,10 +112,10 @@ TEST_CASE("Automatic needs something that tells where the output stands", "[conf
   CHECK(said_of_loop(with(test::kAnalogLoop, "{mode: manual, set_point: 5, output: 1}",
                           "{mode: automatic, set_point: 5}")) == refused(" (its default)"));
 
-  SECTION("a stated value does") {
+  SECTION("a stated value is one") {
     CHECK(said_of_loop(with_start("{mode: automatic, set_point: 5, output: 4}")).empty());
   }
-  SECTION("a read-back does") {
+  SECTION("a read-back is one") {
     CHECK(said_of_loop(with(with_start("{mode: automatic, set_point: 5, output: hold}"),
                             "    comm_loss",
                             "    read_back: {table: holding, address: 101, type: u16, scale: "
@@ -127,7 +126,7 @@ TEST_CASE("Automatic needs something that tells where the output stands", "[conf
                        "  read_back: {device: adc, channel: voltage1}\n")
               .empty());
   }
-  SECTION("what is replayed has the record's stem") {
+  SECTION("a replayed record has its stem") {
     const test::ScratchFolder folder;
     folder.write("loop.yaml", with(test::kLoopHead, "{mode: manual, set_point: 5, output: 1}",
                                    "{mode: automatic, set_point: 5}") +
@@ -137,7 +136,8 @@ TEST_CASE("Automatic needs something that tells where the output stands", "[conf
   }
 }
 
-TEST_CASE("Who leaves the first output to the operator is told what that means", "[config][loop]") {
+TEST_CASE("Leaving the first output to the operator gives a note with the consequence",
+          "[config][loop]") {
   CHECK(said_of_loop(with_start("{mode: manual, set_point: 5}")) ==
         "loop.yaml:10:8: note: start.output: hold (the default) without a read_back: the device is "
         "not written until an operator sets an output\n");
@@ -218,7 +218,7 @@ TEST_CASE("Values that do not fit together name both places", "[config][loop]") 
         "8 (at 9:45) (got 8)\n");
 }
 
-TEST_CASE("Numbers outside what a loop can work with", "[config][loop]") {
+TEST_CASE("Numbers outside the working range of a loop", "[config][loop]") {
   CHECK(said_of_loop(with(kModbusLoop, "sample_time: 0.1", "sample_time: 0.0009")) ==
         "loop.yaml:2:14: error: sample_time: must be >= 0.001 and <= 3600 s (got 0.0009)\n");
   CHECK(said_of_loop(with(kModbusLoop, "sample_time: 0.1", "sample_time: 3601")) ==
@@ -240,7 +240,7 @@ TEST_CASE("The set point's ramp is one number or one for each way", "[config][lo
         "'fast')\n");
 }
 
-TEST_CASE("A tag that can't name files is refused, an unusual one is remarked on",
+TEST_CASE("A tag that can't name files is refused, an unusual one gives a warning",
           "[config][loop]") {
   const auto tagged = [](const std::string& tag) {
     return said_of_loop(with(kModbusLoop, "loop: FIC-101", "loop: " + tag));
@@ -352,7 +352,7 @@ TEST_CASE("Planned moves as corrective action need a twin, a read-back and, on h
       Catch::Contains("applies only to form planned_moves"));
 }
 
-TEST_CASE("On hardware a compensator needs a limit, and does not act beside the jacket",
+TEST_CASE("On hardware a compensator needs a limit, and does not act together with the jacket",
           "[config][loop]") {
   const auto said = [](const std::string& compensator, const std::string& jacket = "") {
     return said_of_loop(with(kModbusLoop, "  kp: 0.35\n",
@@ -372,7 +372,7 @@ TEST_CASE("On hardware a compensator needs a limit, and does not act beside the 
   CHECK_THAT(said(moves + limits + "s_interval: [0.5, 0.8], read_back: false"),
              Catch::Contains("only with a read-back"));
   CHECK(said(moves + "shadow: true, read_back: false").empty());
-  // Of the other sign, in shadow as well; kModbusLoop has action reverse.
+  // With the other sign, in shadow as well; kModbusLoop has action reverse.
   std::string other_sign = moves + "shadow: true, read_back: false";
   other_sign.replace(other_sign.find("gain: 1"), 7, "gain: -1");
   CHECK_THAT(said(other_sign), Catch::Contains("gain -1 contradicts controller.action reverse"));
@@ -383,7 +383,7 @@ TEST_CASE("On hardware a compensator needs a limit, and does not act beside the 
   CHECK_THAT(said("kind: backlash, gap: 0.3, limit: 0.3", jacket),
              Catch::Contains("backlash can't act together with the jacket"));
   CHECK(said("kind: backlash, gap: 0.3, shadow: true", jacket).empty());
-  // A jacket in shadow acts too, where corrective action switches it on.
+  // A jacket in shadow also acts if corrective action switches it on.
   const std::string in_shadow =
       "  jacket: {form: dwell, shadow: true, max_mean_error: 1, valve_position: {model: [{effect: "
       "backlash, deadband: 0.4}]}}\n";
@@ -396,14 +396,14 @@ TEST_CASE("On hardware a compensator needs a limit, and does not act beside the 
       Catch::Contains("can't act together with the jacket, which corrective_action switches on"));
 }
 
-TEST_CASE("What deadband and converter hold back is no windup", "[config][loop]") {
+TEST_CASE("CO that deadband and converter hold back is no windup", "[config][loop]") {
   // The register's own step is 0.001 V.
   CHECK(read(kModbusLoop).controller.pid.tolerance == Approx(0.001));
   CHECK(read(with(kModbusLoop, "limits: [1, 9]}", "limits: [1, 9], deadband: 0.2}"))
             .controller.pid.tolerance == Approx(0.201));
 }
 
-TEST_CASE("A derivative without a filter is remarked on", "[config][loop]") {
+TEST_CASE("A derivative without a filter gives a warning", "[config][loop]") {
   CHECK(said_of_loop(with(kModbusLoop, "  ki: 0.04\n", "  ki: 0.04\n  kd: 0.1\n")) ==
         "loop.yaml:8:7: warning: controller.kd: derivative without derivative_filter: noise of PV "
         "passes unfiltered to the valve\n");

@@ -14,7 +14,7 @@ enum class Colour { red, green };
 constexpr std::array kColours{Choice<Colour>{"red", Colour::red},
                               Choice<Colour>{"green", Colour::green}};
 
-// What is said while `read` reads `text`.
+// Returns the messages while `read` reads `text`.
 std::string said(const std::string& text, const std::function<void(MapReader&)>& read) {
   Report report("f");
   std::optional<YamlNode> root = parse_yaml(text, report);
@@ -25,7 +25,7 @@ std::string said(const std::string& text, const std::function<void(MapReader&)>&
   return to_text(report.take());
 }
 
-// What is said of "x: <value>" where a number above 0 s belongs.
+// Returns the messages for "x: <value>" if a number above 0 s is required.
 std::string said_of_number(const std::string& value) {
   return said("x: " + value + "\n", [](MapReader& in) {
     const Value<double> x = in.need_number("x", {"s", above(0.0), ""});
@@ -61,7 +61,7 @@ TEST_CASE("Numbers are read in every decimal notation", "[config]") {
   CHECK(messages.empty());
 }
 
-TEST_CASE("What is no number is said to be what it is", "[config]") {
+TEST_CASE("A value that is no number is described in the error", "[config]") {
   CHECK(said_of_number("0") == "f:1:4: error: x: must be > 0 s (got 0)\n");
   CHECK(said_of_number("-3") == "f:1:4: error: x: must be > 0 s (got -3)\n");
   CHECK(said_of_number("\"5\"") == "f:1:4: error: x: must be a number (got text in quotes, '5')\n");
@@ -91,7 +91,7 @@ TEST_CASE("What is no number is said to be what it is", "[config]") {
   CHECK(said_of_number("") == "f:1:1: error: x: must be a number (no value given)\n");
 }
 
-TEST_CASE("Ranges tell open from closed ends", "[config]") {
+TEST_CASE("Ranges distinguish open from closed ends", "[config]") {
   CHECK(to_text(above(0.0)) == "> 0");
   CHECK(to_text(at_least(0.0)) == ">= 0");
   CHECK(to_text(between(0.5, 2.0)) == ">= 0.5 and <= 2");
@@ -215,7 +215,7 @@ TEST_CASE("Mappings and lists within", "[config]") {
         "f:2:19: error: n.b: must be a mapping, `key: value` (got a single value)\n");
 }
 
-TEST_CASE("All errors of a mapping come in one pass", "[config]") {
+TEST_CASE("All errors of a mapping are reported in one pass", "[config]") {
   CHECK(said("a: x\nb: y\nd: 1\n",
              [](MapReader& in) {
                in.need_number("a", {});

@@ -59,7 +59,7 @@ TEST_CASE("A Modbus loop knows its devices and registers", "[config][modbus]") {
   CHECK_FALSE(io.max_command_age_ns);
 }
 
-TEST_CASE("What happens when no command arrives must be stated", "[config][modbus]") {
+TEST_CASE("The action without commands must be stated", "[config][modbus]") {
   CHECK(
       said_of_loop(with(kModbusLoop, "    comm_loss: {timeout: 2, set_by: device}\n", "")) ==
       "loop.yaml:23:5: error: io.positioner: missing key 'comm_loss' ({timeout, register, value}, "
@@ -82,7 +82,7 @@ TEST_CASE("What happens when no command arrives must be stated", "[config][modbu
   CHECK(by_register.watchdog->point.unit == 2);
   CHECK(by_register.watchdog->point.reg.address == 9);
 
-  // Whatever it is that does not say who acts: all ways that there are.
+  // All forms of a value that does not state who acts.
   for (const char* value : {"none", "{timeout: 2}", "{timeout: 2, value: 3}", "[timeout, 2]"}) {
     INFO(value);
     CHECK(said_of_loop(with_comm_loss(value)) ==
@@ -113,7 +113,7 @@ TEST_CASE("Links and units must exist", "[config][modbus]") {
         "loop.yaml:20:11: error: io.transmitter.unit: must be 1 to 247 (got 0)\n");
 }
 
-TEST_CASE("Registers that can't be are refused", "[config][modbus]") {
+TEST_CASE("Impossible registers are refused", "[config][modbus]") {
   CHECK(said_of_loop(with(kModbusLoop, "address: 0, type: f32", "address: 65535, type: f32")) ==
         "loop.yaml:21:39: error: io.transmitter.register.address: 2 registers from 65535 on reach "
         "beyond 65535\n");
@@ -140,7 +140,7 @@ TEST_CASE("Registers that can't be are refused", "[config][modbus]") {
       "could never match\n");
 }
 
-TEST_CASE("The command's register must hold what the loop may ask for", "[config][modbus]") {
+TEST_CASE("The command's register must hold every output of the loop", "[config][modbus]") {
   CHECK(said_of_loop(with(kModbusLoop, "scale: 0.001", "scale: 0.0001")) ==
         "loop.yaml:25:14: error: io.positioner.command: holds 0 to 6.5535 CO units by its "
         "type and scale, which does not cover the output range [0, 10] (at 9:28)\n");
@@ -206,14 +206,14 @@ TEST_CASE("raw and eu are checked like any other scale", "[config][modbus]") {
         "loop.yaml:25:61: error: io.positioner.command.eu: must be [first, last], CO units\n");
 }
 
-TEST_CASE("What eu does not cover is said", "[config][modbus]") {
+TEST_CASE("A range that eu does not cover is reported", "[config][modbus]") {
   // The type reaches to 18.96 V, the device to 8 V.
   CHECK(
       said_of_loop(
           with(kModbusLoop, "type: u16, scale: 0.001", "type: u16, raw: [0, 27648], eu: [0, 8]")) ==
       "loop.yaml:25:61: warning: io.positioner.command.eu: does not cover the output range [0, 10] "
       "(at 9:28), for which the register would have to go beyond raw\n");
-  // Nor does the type.
+  // The type does not cover it either.
   CHECK(
       said_of_loop(
           with(kModbusLoop, "type: u16, scale: 0.001", "type: u16, raw: [0, 27648], eu: [0, 4]")) ==
@@ -229,7 +229,7 @@ TEST_CASE("What eu does not cover is said", "[config][modbus]") {
             .empty());
 }
 
-TEST_CASE("Byte orders are taken in either case, other words for types are answered",
+TEST_CASE("Byte orders are accepted in either case, other words for types get an answer",
           "[config][modbus]") {
   CHECK(read(with(kModbusLoop, "type: f32", "type: f32, order: CDAB")).process_variable.reg.order ==
         ByteOrder::cdab);
@@ -257,7 +257,8 @@ TEST_CASE("Byte orders are taken in either case, other words for types are answe
             written + "'); did you mean '" + meant + "'?\n");
 }
 
-TEST_CASE("A register's number out of a manual is answered with its address", "[config][modbus]") {
+TEST_CASE("A register's number out of a manual gets an error with its address",
+          "[config][modbus]") {
   const auto pv = [](const std::string& address) {
     return said_of_loop(with(kModbusLoop, "address: 0", "address: " + address));
   };
@@ -276,7 +277,7 @@ TEST_CASE("A register's number out of a manual is answered with its address", "[
   CHECK(pv("'40201'") == at + "must be a number (got text in quotes, '40201'). 40201" + holding);
   CHECK(pv("4x0201") == at + "must be a number (got '4x0201'). 4x0201" + holding);
   CHECK(pv("4X00201") == at + "must be a number (got '4X00201'). 4X00201" + holding);
-  // No number of a manual: the table would end before it, or it has no register 0.
+  // These are no numbers of a manual: the table would end before them, or it has no register 0.
   CHECK(pv("465537") == at + "must be a whole number from 0 to 65535 (got 465537)\n");
   CHECK(pv("400000") == at + "must be a whole number from 0 to 65535 (got 400000)\n");
   CHECK(pv("999999") == at + "must be a whole number from 0 to 65535 (got 999999)\n");
@@ -288,8 +289,7 @@ TEST_CASE("A register's number out of a manual is answered with its address", "[
             .find("400005 is holding register 4 counted from 0") != std::string::npos);
 }
 
-TEST_CASE("An address that may be meant as it stands is taken, with a warning",
-          "[config][modbus]") {
+TEST_CASE("An ambiguous address is taken literally, with a warning", "[config][modbus]") {
   const std::string decimal = with(kModbusLoop, "address: 100", "address: 40201");
   CHECK(read(decimal).command.reg.address == 40201);
   CHECK(said_of_loop(decimal) ==
@@ -299,13 +299,13 @@ TEST_CASE("An address that may be meant as it stands is taken, with a warning",
   const std::string hexadecimal = with(kModbusLoop, "address: 100", "address: 0x9D09");
   CHECK(read(hexadecimal).command.reg.address == 40201);
   CHECK(said_of_loop(hexadecimal).empty());
-  // SunSpec's maps begin here, and no manual counts a register 0.
+  // SunSpec's maps begin at 40000, and no manual has a register 0.
   CHECK(said_of_loop(with(kModbusLoop, "address: 100", "address: 40000")).empty());
   CHECK(said_of_loop(with(kModbusLoop, "address: 100", "address: 50201")).empty());
   CHECK(said_of_loop(with(kModbusLoop, "address: 100", "address: 4020")).empty());
 }
 
-TEST_CASE("PV is asked for at least once in its greatest age", "[config][modbus]") {
+TEST_CASE("PV is read at least once in its greatest age", "[config][modbus]") {
   CHECK(said_of_loop(
             with(kModbusLoop, "backend: modbus\n", "backend: modbus\n  poll_period: 0.4\n")) ==
         "loop.yaml:18:16: error: io.poll_period: must be at most max_age = 0.3 s (at "

@@ -24,7 +24,7 @@ TEST_CASE("Only regular files of sane size are read", "[config]") {
   CHECK_FALSE(read_source_file(folder.path(), report));
   CHECK(to_text(report.take()) == "f: error: is not a regular file\n");
 
-  // A pipe without a writer would hold the reader up for ever.
+  // A pipe without a writer would block the reader for ever.
   REQUIRE(mkfifo((folder.path() / "pipe").c_str(), 0600) == 0);
   CHECK_FALSE(read_source_file(folder.path() / "pipe", report));
   CHECK(to_text(report.take()) == "f: error: is not a regular file\n");

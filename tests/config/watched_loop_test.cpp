@@ -16,7 +16,7 @@ using test::with;
 
 namespace {
 
-// Its io section is line 6 on.
+// Its io section begins at line 6.
 const std::string kHead = R"(loop: FIC-205
 control: elsewhere
 sample_time: 1
@@ -46,10 +46,11 @@ LoopConfig read(const std::string& text) {
 }  // namespace
 
 TEST_CASE("A loop that another controller runs is read over Modbus", "[config][watch]") {
-  const LoopConfig loop = read(with(
-      kModbus,
-      "  co:", R"(  sp: {link: line, unit: 3, register: {table: holding, address: 4, type: i16}}
-  stem: {link: skid, unit: 2, register: {table: input, address: 2, type: u16, raw: [0, 1000], eu: [0, 100]}}
+  const LoopConfig loop =
+      read(with(kModbus, "  co:",
+                R"(  sp: {link: line, unit: 3, register: {table: holding, address: 4, type: i16}}
+  stem: {link: skid, unit: 2, register: {table: input, address: 2, type: u16, raw: [0, 1000], )"
+                R"(eu: [0, 100]}}
   mode: {link: skid, unit: 2, register: {table: coil, address: 7}, automatic: [1], manual: [0]}
   co:)"));
   CHECK(is_watched(loop.io));
@@ -101,14 +102,14 @@ TEST_CASE("Fed values are scaled, and a mode may be a word", "[config][watch]") 
         "loop.yaml:10:91: error: io.mode.automatic: must be whole numbers (got 'AUTO')\n");
 }
 
-TEST_CASE("The other controller's law is taken down", "[config][watch]") {
+TEST_CASE("The other controller's law is read", "[config][watch]") {
   const LoopConfig loop =
       read(with(kFeed, "io:", "controller: {action: direct, kc: 0.8, ti: 12}\nio:"));
   CHECK(loop.controller.pid.action == control::Action::direct);
   CHECK(loop.controller.pid.gains.kp == Approx(0.8 * 100.0 / 40.0));
 }
 
-TEST_CASE("What would act on a watched loop is refused, with the reason", "[config][watch]") {
+TEST_CASE("A key that would act on a watched loop is refused, with the reason", "[config][watch]") {
   const std::string why =
       ": is refused: Loopwarden never writes to this loop, because another controller runs it "
       "(control: elsewhere, at 2:10)\n";
@@ -130,7 +131,7 @@ TEST_CASE("What would act on a watched loop is refused, with the reason", "[conf
         "loop.yaml:5:46: error: output.limits" + why);
 }
 
-TEST_CASE("A feeder can't bring the PV of a loop that is controlled here", "[config][watch]") {
+TEST_CASE("A feeder can't supply the PV of a loop that is controlled here", "[config][watch]") {
   CHECK(said_of_loop(test::kLoopHead + "io: {backend: feed, pv: {feed: \"opcua:X\"}}\n") ==
         "loop.yaml:16:15: error: io.backend: feed needs `control: elsewhere`, because values of a "
         "feeder must not move a valve\n");
@@ -161,7 +162,7 @@ TEST_CASE("A mode's numbers mean one thing each", "[config][watch]") {
         "windows are evaluated in these modes only)\n");
 }
 
-TEST_CASE("Watched loops come behind those controlled here, whatever their files' names",
+TEST_CASE("Watched loops are listed after those controlled here, whatever their files' names",
           "[config][watch]") {
   const test::ScratchFolder folder;
   const auto tagged = [](const std::string& text, const std::string& from, const std::string& tag) {
@@ -183,7 +184,7 @@ TEST_CASE("Watched loops come behind those controlled here, whatever their files
   CHECK(order == "FIC-2 FIC-1 FIC-9 FIC-8 ");
 }
 
-TEST_CASE("Feeders are users, each his own", "[config][watch]") {
+TEST_CASE("Feeders are users, each a different one", "[config][watch]") {
   const auto daemon = read_daemon_text("d.yaml", "feeders: {opcua: {user: root}}\n");
   REQUIRE(daemon);
   CHECK(daemon->feeders.at("opcua") == FeederUser{"root", 0});
@@ -195,7 +196,7 @@ TEST_CASE("Feeders are users, each his own", "[config][watch]") {
         "host, so this feeder can't write values\n");
 }
 
-TEST_CASE("What is watched on a serial line counts in its time", "[config][watch]") {
+TEST_CASE("A watched loop on a serial line counts in its time", "[config][watch]") {
   const LoopConfig loop =
       read(with(with(kModbus, "link: skid", "link: line"), "unit: 1,", "unit: 4,"));
   hal::modbus::LinkSettings line = test::daemon().links.at("line");
@@ -204,7 +205,7 @@ TEST_CASE("What is watched on a serial line counts in its time", "[config][watch
   CHECK(load.details.find("(1 request)") != std::string::npos);
 }
 
-TEST_CASE("Any mode is normal of a loop that another controller runs, and its source an alarm",
+TEST_CASE("A watched loop may have any mode as normal, and its source has an alarm",
           "[config][watch][alarms]") {
   using alarm::NormalMode;
   CHECK(read(kModbus).alarms.process.normal_mode == NormalMode::any);

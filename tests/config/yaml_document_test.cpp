@@ -11,7 +11,7 @@ using namespace loopwarden::config;
 
 namespace {
 
-// What is said about a text; "accepted" if nothing is.
+// Returns the messages about a text, or "accepted" without any.
 std::string said(const std::string& text) {
   Report report("f");
   const std::optional<YamlNode> root = parse_yaml(text, report);
@@ -59,7 +59,8 @@ TEST_CASE("Ordinary variations of a file are accepted", "[config][yaml]") {
   CHECK(said("a: |\n  two\n  lines\n") == "accepted");
 }
 
-TEST_CASE("What a configuration has no use for is refused with its place", "[config][yaml]") {
+TEST_CASE("Constructs without use in a configuration are refused with their place",
+          "[config][yaml]") {
   CHECK(said("") == "f:1:1: error: is empty\n");
   CHECK(said("# nothing but a comment\n") == "f:1:1: error: is empty\n");
   CHECK(said("a: 1\n---\nb: 2\n") ==
@@ -93,7 +94,7 @@ TEST_CASE("Bytes that are no text are refused with their place", "[config][yaml]
   CHECK(said("a: \xF0\x9F\x99\x82 \xE2\x82\xAC \xC3\xA9\n") == "accepted");
 }
 
-TEST_CASE("Faults of syntax are said in plain words", "[config][yaml]") {
+TEST_CASE("Errors of syntax are reported in plain words", "[config][yaml]") {
   CHECK(said("a: 1\nb 2\nc: 3\n") ==
         "f:3:2: error: a ':' too many here (text with ': ' in it needs quotes), or the indentation "
         "is wrong\n");
@@ -104,7 +105,7 @@ TEST_CASE("Faults of syntax are said in plain words", "[config][yaml]") {
         "f:2:2: error: a ']' or a ',' is missing here or in a line before\n");
   CHECK(said("a: {b: 1\nc: 3\n") ==
         "f:2:2: error: a '}' or a ',' is missing here or in a line before\n");
-  // The parser would take all that follows into the text.
+  // The parser would take all following lines into the text.
   CHECK(said("a: \"open\nb: 1\n") == "f:1:4: error: the closing quote is missing on this line\n");
   CHECK(said("a: 'open\nb: 1\n") == "f:1:4: error: the closing quote is missing on this line\n");
   CHECK(said("a: 'it''s\nb: 1\n") == "f:1:4: error: the closing quote is missing on this line\n");
@@ -112,7 +113,7 @@ TEST_CASE("Faults of syntax are said in plain words", "[config][yaml]") {
         "f:1:4: error: the closing quote is missing on this line\n");
 }
 
-TEST_CASE("Neither depth nor breadth brings the reader down", "[config][yaml]") {
+TEST_CASE("Neither depth nor breadth crashes the reader", "[config][yaml]") {
   const auto nested = [](std::size_t levels) {
     return fmt::format("a: {}{}", std::string(levels, '['), std::string(levels, ']'));
   };
@@ -128,14 +129,14 @@ TEST_CASE("Neither depth nor breadth brings the reader down", "[config][yaml]") 
   CHECK(said(keys) == "f:1001:1: error: more than 1000 keys in one mapping\n");
 }
 
-TEST_CASE("Keys that nobody asked for are named, with the nearest known one", "[config][yaml]") {
+TEST_CASE("Unknown keys are named, with the nearest known one", "[config][yaml]") {
   Report report("f");
   std::optional<YamlNode> root = parse_yaml("gian: 1\nother: {free: 1}\ncolour: 2\n", report);
   REQUIRE(root);
   root->visited = true;
   root->known_keys = {"gain", "other"};
   report_unknown_keys(*root, report);
-  // `other` was not read as a mapping of known keys, so what it holds is left alone.
+  // `other` was not read as a mapping of known keys, so its contents are not checked.
   CHECK(to_text(report.take()) ==
         "f:1:1: error: unknown key 'gian'; did you mean 'gain'?\nf:3:1: error: unknown key "
         "'colour'\n");

@@ -1,12 +1,12 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""What two masters read of one map is the same, but for what moves.  Usage: compare.py ONE OTHER, each JSON, or lines of a
-name and a value"""
+"""Checks that two masters read the same values of one map, except the moving ones.
+Usage: compare.py ONE OTHER, each JSON, or lines of a name and a value"""
 import json
 import math
 import sys
 
-# A simulated loop goes on between two readings.
+# A simulated loop moves between two readings.
 MOVES = {"heartbeat", "uptime", "utc_seconds", "utc_milliseconds", "sequence_head", "sequence_tail", "pv", "co", "stem",
          "pv_scaled", "co_scaled", "stem_scaled", "output", "output_scaled", "pv_age", "overruns", "wake_up_worst",
          "wake_up_p99", "clients", "window_number", "windows_judged", "hours_automatic", "hours_manual",

@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""Imports the flow into a running Node-RED as it is, waits until its values are those of another master, and writes a set
-point through it.  Usage: node_red.py PORT FLOW.json VALUES.json"""
+"""Imports the unchanged flow into a running Node-RED, waits until its values equal those of another
+master, and writes a set point through it.  Usage: node_red.py PORT FLOW.json VALUES.json"""
 import json
 import sys
 import time
@@ -38,7 +38,7 @@ def eventually(what, check, seconds=90):
 
 
 def values():
-    """What the flow has decoded, by table and name as the other master names it."""
+    """Returns the values that the flow has decoded, by table and name as in the other master."""
     stored = ask("GET", "/context/flow/lw-tab")["memory"]["loopwarden"]["msg"]
     return json.loads(stored) if isinstance(stored, str) else stored
 
@@ -75,7 +75,7 @@ def main():
                                                             {"p": "topic", "v": "FIC-102/sp", "vt": "str"}]})
     eventually("the set point that was written", lambda: values()["FIC-102"]["sp"] == new_set_point)
     assert values()["FIC-101"]["sp"] != new_set_point
-    # As printed, a press sends what stands there.
+    # As printed, a press sends the value in the box.
     ask("POST", "/inject/lw-sp-0", {})
     ask("POST", "/inject/lw-acknowledge", {})
     print(f"Node-RED reads {reads} blocks, {sum(map(len, decoded.values()))} values, and writes")

@@ -1,7 +1,8 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""The Telegraf snippet is TOML, keeps the rules that Telegraf's plugin has for it (inputs.modbus, metric style), and every register
-of the map is in it once, with its loop as a tag. Nothing here runs Telegraf: neither Debian nor npm has it.
+"""Checks that the Telegraf snippet is TOML and keeps the rules of Telegraf's plugin (inputs.modbus,
+metric style), and that it has every register of the map once, with its loop as a tag.
+Telegraf itself does not run, because neither Debian nor npm has it.
 Usage: telegraf.py SNIPPET MAP_AS_JSON WORD_ORDER"""
 import json
 import sys
@@ -9,7 +10,7 @@ import tomllib
 
 TABLES = {"input": "input register", "holding": "holding register", "discrete": "discrete input", "coil": "coil"}
 TYPES = {"UINT16": "u16", "INT16": "i16", "UINT32": "u32", "FLOAT32": "f32", None: "bit"}
-# What the plugin reads; any other key ends Telegraf at its start.
+# Keys that the plugin reads; any other key ends Telegraf at its start.
 PLUGIN_KEYS = {"name", "timeout", "controller", "configuration_type", "metric"}
 METRIC_KEYS = {"slave_id", "byte_order", "measurement", "fields", "tags"}
 FIELD_KEYS = {"register", "address", "name", "type", "scale", "output"}

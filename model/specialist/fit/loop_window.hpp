@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// A window of a loop, and what a specialist knows of the loop it comes from.
+// A window of a loop, and a specialist's facts about this loop.
 //
 //   PV(s) / CO(s) = gain exp(-dead_time s) / (1 + time_constant s)
 //
-//   PV, CO  their units     gain  PV units / CO unit, not 0     dead_time  s, >= 0     time_constant  s, > 0
+//   PV, CO         their units
+//   gain           PV units / CO unit, not 0
+//   dead_time      s, >= 0
+//   time_constant  s, > 0
 //
-// Errors: none; who makes them keeps to the ranges.
-// What it can't do: a second lag, an integrating process, a gain that depends on the opening.
+// No errors; the caller keeps the values within their ranges.
+// Limits: no second lag, no integrating process, no gain that depends on the opening.
 //
 // Sources: the model that PI settings are commonly made from (model/analysis/tuning_rules.hpp);
 // 961 samples, 31 x 31: Sewdass, thesis (Durban University of Technology), section 8.3.
@@ -21,8 +24,8 @@ namespace loopwarden::specialist {
 
 inline constexpr std::size_t kWindowSamples = 961;
 
-// Samples at the loop's period; NaN marks a missing one. PV and CO of one sample are those of one
-// cycle: PV as read, CO as sent because of it.
+// Samples at the loop's period; NaN marks a missing one. PV and CO of one sample are from one
+// cycle: PV as read, and the CO that followed from it.
 struct LoopWindow {
   std::span<const double> pv;  // PV units
   std::span<const double> co;  // CO units

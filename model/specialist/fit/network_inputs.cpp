@@ -73,7 +73,7 @@ struct Measure {
 };
 
 constexpr std::array kMeasures{
-    // misfit of each fault model over the noise
+    // error of each fault model over the noise
     Measure{"healthy_misfit", misfit<X::healthy>},
     Measure{"healthy_innovation", innovation<X::healthy>},
     Measure{"other_process_misfit", misfit<X::other_process>},
@@ -115,7 +115,7 @@ constexpr std::array kMeasures{
     // forms
     Measure{"stiction_jump", jump}, Measure{"width_knee", knee},
     Measure{"low_air_rate", low_air_rate}, Measure{"low_air_limit", low_air_limit},
-    // what the belief is off by
+    // error of the assumed process
     Measure{"healthy_gain_off", gain_off<X::healthy>},
     Measure{"healthy_dead_time_off", dead_time_off<X::healthy>},
     Measure{"healthy_lag_off", lag_off<X::healthy>},

@@ -22,7 +22,7 @@ Scaling scaling_of(const std::vector<std::vector<double>>& signatures) {
 }
 
 SignatureMatrix signature_matrix(std::span<const double> pv, const Scaling& scaling) noexcept {
-  // Eigen keeps a matrix column by column, as the thesis reads it.
+  // Eigen stores a matrix column by column, and the thesis reads it in the same order.
   const Eigen::Map<const SignatureMatrix> samples(pv.data());
   return (samples.array() - scaling.centre) / scaling.half_span;
 }

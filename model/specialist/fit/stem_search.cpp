@@ -15,7 +15,7 @@
 namespace loopwarden::specialist {
 namespace {
 
-// Of the gain while a grid is searched: as far as belief may be off.
+// Range of the gain during a grid search: the largest error of the assumed gain.
 constexpr float kGainLow = 0.88F;
 constexpr float kGainHigh = 1.12F;
 
@@ -23,7 +23,7 @@ constexpr float kGainHigh = 1.12F;
 constexpr double kSmallest = 0.8;
 constexpr std::array kStarts{0.0, 1.0, -1.0};
 constexpr std::array kJumps{0.2, 0.5, 0.9};
-// Of the evolution of a sticking stem. Twice as many find little more.
+// Generations of the evolution of a sticking stem. Twice as many find little more.
 constexpr int kGenerations = 50;
 
 using numeric::Lanes;
@@ -31,7 +31,8 @@ static_assert(kStems == 2 * numeric::kLanes);
 
 Lanes every(float value) noexcept { return numeric::every<Lanes>(static_cast<double>(value)); }
 
-// Of a gradual hysteresis: the plant's has twelve, which a window can't tell from four.
+// For a gradual hysteresis. The plant's has twelve, and a window can't distinguish twelve from
+// four.
 constexpr std::size_t kPlays = 4;
 
 }  // namespace
@@ -85,7 +86,7 @@ void WindowFitter::Trial::with_stem(Law law, double u0, double period_s, Walk wa
 
 namespace {
 
-// What a stem is made of: one candidate's values, or those of as many in step as there are lanes.
+// The numbers of a stem: one candidate's values, or those of as many candidates as there are lanes.
 template <class Trial>
 struct OneOf {
   using Number = float;
@@ -111,7 +112,7 @@ struct RowOf {
 
 }  // namespace
 
-// What a row of candidates leaves of the target once gain and basis have taken their best.
+// The error of a row of candidates after the best fit of gain and basis.
 struct WindowFitter::Projection {
   Lanes first;  // a constant is free: near zero the sums keep their digits
   Lanes square = every(0.0F);
@@ -137,7 +138,7 @@ struct WindowFitter::Projection {
   }
 };
 
-// A row of stems with the lag behind them.
+// A row of stems, each followed by the lag.
 template <class Stem>
 struct WindowFitter::Row {
   Stem stem;
@@ -147,7 +148,7 @@ struct WindowFitter::Row {
       : stem(at_rest), state(stem.step(every(u0))), sums{.first = state} {}
 };
 
-// A batch of stems block by block; each gets the misfit that its best gain leaves.
+// Evaluates a batch of stems block by block. Each gets the error with its best gain.
 template <class Stem>
 void WindowFitter::try_blocks(Trial* candidates, const Stem& first,
                               const Stem& second) const noexcept {
@@ -172,7 +173,7 @@ void WindowFitter::try_blocks(Trial* candidates, const Stem& first,
   two.sums.judge(*this, candidates + numeric::kLanes);
 }
 
-// The same sample by sample, with the process as it was found.
+// The same sample by sample, with the fitted process.
 template <class Stem>
 void WindowFitter::try_samples(Trial* candidates, const Stem& first,
                                const Stem& second) const noexcept {
@@ -203,7 +204,7 @@ void WindowFitter::try_samples(Trial* candidates, const Stem& first,
   two.sums.judge(*this, candidates + numeric::kLanes);
 }
 
-// `candidates` are a batch of one law.
+// Evaluates `candidates`, which are a batch of one law.
 void WindowFitter::evaluate(Trial* candidates, Grain grain) const noexcept {
   const auto u0 = static_cast<double>(grain == Grain::block ? u_lanes_[0] : co_at(0));
   const double period_s = grain == Grain::block ? block_s_ : facts_.period_s;
@@ -215,7 +216,7 @@ void WindowFitter::evaluate(Trial* candidates, Grain grain) const noexcept {
   });
 }
 
-// The stem of one candidate into v_, sample by sample.
+// Writes the stem of one candidate into v_, sample by sample.
 void WindowFitter::trace(const Trial& candidate) noexcept {
   if (candidate.law == Trial::Law::none) {
     for (std::size_t k = 0; k < v_.size(); ++k) v_[k] = static_cast<double>(co_at(k));
@@ -230,12 +231,12 @@ void WindowFitter::trace(const Trial& candidate) noexcept {
 
 namespace {
 
-// A sticking stem as evolution sees it, each from 0 to 1: log of the force at which it slips, how much of that it
-// slips, its start.
+// A sticking stem as genes of the evolution, each from 0 to 1: logarithm of the force at which it
+// slips, the share of the force that it slips, its start.
 using Genes = std::array<double, 3>;
 constexpr double kLeastForce = -1.0;  // log of %
 constexpr double kMostForce = 3.7;
-// Of stems drawn by chance, log of %.
+// For random stems, log of %.
 constexpr double kLeastDrawn = -0.5;
 constexpr double kMostDrawn = 3.4;
 
@@ -264,8 +265,9 @@ void WindowFitter::Search::evolve(int generations) {
     std::transform(lanes_.begin(), lanes_.end(), costs.begin(),
                    [](const Trial& c) { return c.misfit; });
   };
-  // One stream, the same for every window: what a window shows must not depend on chance. The shipped networks
-  // have learned what it finds; with another one in ten sticking windows is fitted otherwise.
+  // One random stream, the same for every window, so the result doesn't depend on chance. The
+  // shipped networks were trained with it. With another stream, one in ten sticking windows gets
+  // another fit.
   numeric::ShortRandom random;
   std::array<Genes, 2 * kStems> members;
   std::array<double, 2 * kStems> costs{};

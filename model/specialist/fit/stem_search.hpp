@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How WindowFitter searches for a stem: what it tries, and what it keeps of it.
+// WindowFitter's search for a stem: the candidates, and the best ones so far.
 #pragma once
 
 #include <algorithm>
@@ -15,8 +15,8 @@ namespace loopwarden::specialist {
 inline constexpr std::size_t kStems = 8;  // candidates tried in step
 inline constexpr double kRatio = 1.6;     // of the grid's sizes
 
-// One stem to try: which law, its numbers in % and blocks, and where the stem starts, -1 to 1 of what friction
-// or play leaves free.
+// A candidate stem: its law, its numbers in % and blocks, and the start of the stem, -1 to 1 of the
+// range that friction or backlash leaves free.
 struct WindowFitter::Trial {
   enum class Law { none, play, plays, he, choudhury, low_air };
   Law law = Law::none;
@@ -27,18 +27,19 @@ struct WindowFitter::Trial {
   double lag_s = 0.0;
   double misfit = std::numeric_limits<double>::infinity();
 
-  // Hands `walk` what makes the plant's stem of `law`, at rest at `u0` and stepped every `period_s`: a
-  // function of `put`, which makes a number, or a row of them, of a value of the candidates.
+  // Calls `walk` with a maker of the plant's stem of `law`, at rest at `u0` and stepped every
+  // `period_s`. The maker is a function of `put`, which turns a value of the candidates into a
+  // number or a row of numbers.
   template <class Walk>
   static void with_stem(Law law, double u0, double period_s, Walk walk) noexcept;
 };
 
-// A search keeps the best of all that it tries.
+// A search that keeps the best candidates.
 class WindowFitter::Search {
  public:
   Search(const WindowFitter& fitter, Grain grain) : fitter_(fitter), grain_(grain) {}
 
-  // `change` makes lane i of eight from the best one so far.
+  // Tries eight candidates. `change` makes each of them from the best one so far; i is its lane.
   template <class Change>
   void try_eight(Change change) {
     for (std::size_t i = 0; i < kStems; ++i) {
@@ -62,7 +63,7 @@ class WindowFitter::Search {
     try_eight(
         [&](Trial& c, double i) { c.start = std::clamp(c.start + step * (i - 3.5), -1.0, 1.0); });
   }
-  // Where the stem starts to move stays: s + j.
+  // Keeps s + j, the value at which the stem starts to move.
   void jumps(double low, double step, Trial::Law law) {
     try_eight([&](Trial& c, double i) {
       c.law = law;
@@ -78,11 +79,11 @@ class WindowFitter::Search {
     try_eight([&](Trial& c, double i) { c.limit += step * 0.3 * range * (i - 3.5); });
     try_eight([&](Trial& c, double i) { c.shape *= std::pow(1.6, step * (i - 3.5)); });
     try_eight([&](Trial& c, double i) { c.lag_s *= std::pow(2.0, 2.0 * step * (i - 3.5)); });
-    // A stem that was still on its way when the window began.
+    // For a stem that was still moving when the window began.
     try_eight([&](Trial& c, double i) { c.start += step * 0.5 * range * (i - 3.5); });
   }
 
-  // The eight just tried, where they are among the best eight of all.
+  // Keeps those of the last eight candidates that are among the best eight of all.
   void keep() {
     const auto worse = [](const Trial& a, const Trial& b) { return a.misfit < b.misfit; };
     for (const Trial& c : lanes_) {
@@ -91,8 +92,8 @@ class WindowFitter::Search {
     }
   }
   void keep_best_alone() { kept_.fill(best); }
-  // Differential evolution of a stem that sticks: the misfit jumps wherever a slip comes or goes, so that no
-  // descent gets far. Starts from the kept ones and as many by chance.
+  // Differential evolution of a sticking stem. The error jumps with each slip that appears or
+  // disappears, so a descent ends early. Starts from the kept candidates and as many random ones.
   void evolve(int generations);
 
   Trial best;

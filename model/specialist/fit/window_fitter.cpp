@@ -27,8 +27,8 @@ constexpr Prior kBelieved{0.05, 0.06, 0.10};
 constexpr Prior kUnsure{0.5, 0.5, 0.5};
 
 constexpr int kFineGenerations = 30;
-constexpr int kMostSteps = 3;  // of a play's size in one direction, in the end
-// Mean square over the noise's at which there is nothing left to search for.
+constexpr int kMostSteps = 3;  // of a backlash's size in one direction, in the final search
+// Mean square over that of the noise at which the search has converged.
 constexpr double kEnough = 1.2;
 
 }  // namespace
@@ -45,14 +45,14 @@ namespace {
 constexpr int kMostRounds = 24;
 constexpr double kMostOff = 2.5;  // standard deviations
 
-// Normal equations of at most four unknowns, the lower triangle. What is not asked for has no say.
+// Normal equations of at most four unknowns, the lower triangle. Unused unknowns have no effect.
 struct System {
   std::array<std::array<double, 4>, 4> normal{};
   std::array<double, 4> right{};
 };
 
-// Ridge regression, positive definite by the prior: each unknown and what of it is `taken` already stays as near
-// to 0 as `deviation` and `trust` ask.
+// Ridge regression, positive definite by the prior. `deviation` and `trust` keep each unknown,
+// including its `taken` part, near to 0.
 Eigen::Vector4d solved(const System& system, const Eigen::Vector4d& deviation,
                        const Eigen::Vector4d& taken, double trust) noexcept {
   using Rows = Eigen::Matrix<double, 4, 4, Eigen::RowMajor>;
@@ -162,8 +162,8 @@ bool WindowFitter::prepare(const LoopWindow& window, WindowFits& found) noexcept
   u_mean_ /= static_cast<double>(blocks_);
   const auto [low, high] = std::minmax_element(target_.begin(), target_.end());
   found.pv_range = *high - *low;
-  // Second differences of white noise have six times its variance. Slips and spikes are cut off at three
-  // standard deviations of the first estimate.
+  // Second differences of white noise have six times its variance. Slips and spikes are cut off at
+  // three standard deviations of the first estimate.
   double square = 0.0;
   for (const double most : {std::numeric_limits<double>::infinity(), 9.0}) {
     const double limit = most * square;
@@ -235,7 +235,7 @@ FaultFit WindowFitter::settle(FaultModel fault, const Trial& start, double noise
   for (const bool coarse : {true, false}) {
     const double step = coarse ? 0.28 : 0.09;
     believe(best.dead_time_off_s, best.lag_off_s);
-    // What it left before was with another process.
+    // Its error so far was with another process.
     search.best.misfit = std::numeric_limits<double>::infinity();
     switch (search.best.law) {
       case Trial::Law::none: break;
@@ -268,7 +268,8 @@ FaultFit WindowFitter::settle(FaultModel fault, const Trial& start, double noise
     if (now.mse < best.mse) best = now;
   }
   if (search.best.law == Trial::Law::play || search.best.law == Trial::Law::plays) {
-    // Play and dead time stand in for each other: both at once, where the searches above take turns.
+    // Backlash and dead time have similar effects. Vary both at once, because the searches above
+    // alternate.
     for (const double ratio : {1.06, 1.0 / 1.06, 1.02, 1.0 / 1.02}) {
       for (int i = 0; i < kMostSteps; ++i) {
         Trial next = search.best;
@@ -314,11 +315,11 @@ FaultFit WindowFitter::fit_stem(FaultModel fault, const Trial& candidate, double
   const Prior& prior = fault == FaultModel::other_process ? kUnsure : kBelieved;
   const bool with_offset = fault == FaultModel::hysteresis_offset;
   const std::size_t count = with_offset ? 4 : 3;
-  // The last one's is no prior at all.
+  // The offset has no prior.
   const Eigen::Vector4d deviation{prior.gain,
                                   prior.dead_time * facts_.dead_time_s + 0.5 * facts_.period_s,
                                   prior.lag * facts_.time_constant_s, 1e3};
-  // What of it the process has taken up already.
+  // The part that the process contains already.
   const Eigen::Vector4d taken{0.0, -process_.dead_time_off_s,
                               time_constant - facts_.time_constant_s, 0.0};
   for (std::size_t i = 0; i < count; ++i) project(columns_[i]);
@@ -331,8 +332,8 @@ FaultFit WindowFitter::fit_stem(FaultModel fault, const Trial& candidate, double
     }
   }
   Eigen::Vector4d solution;
-  // What a belief may be off by is bounded, however little noise there is to outweigh: the prior gains weight
-  // until all are within.
+  // The error of the assumed process is bounded, even with little noise: the prior gets more weight
+  // until all values are within the bound.
   double trust = 4.0 * noise * noise;
   for (int round = 0; round < kMostRounds; ++round, trust *= 4.0) {
     solution = solved(system, deviation, taken, trust);

@@ -12,19 +12,20 @@
 //   T y' + y = v(t - dead time)                  the loop's own lag
 //   p = (1 + g) y - dL y' + dT dy/dT + a + b t + c exp(-t/T) + r
 //
-// g, dL and dT are what the belief of gain, dead time and time constant is off by, small by a prior; a, b and c are
-// load, drift and the state in which the window found the process. For each fault, size, form and starting
-// place of the stem are searched for the least mean of r^2, eight at a time: on a grid in blocks, of stiction by
-// evolution too, then sample by sample with the dead time and lag that the best one asks for.
-// Nothing in it depends on where the window starts, on set points, units or the controller.
+// g, dL and dT are the errors of the assumed gain, dead time and time constant; a prior keeps them
+// small. a, b and c are load, drift and the initial state of the process. For each fault, size,
+// form and start of the stem are searched for the least mean of r^2, eight candidates at a time.
+// The search runs on a grid in blocks, for stiction also by evolution. Then it runs sample by
+// sample with the dead time and lag that fit the best candidate. It doesn't depend on the start of
+// the window, on set points, units or the controller.
 //
 //   p, u, v, r  % of CO span     D, s, offset  % of CO span, >= 0     R  %/s     l  s
 //
-// Errors: none. Without movement every fault model is as good as the other, and the evidence says so.
-// What it can't do: loops that integrate, oscillate by themselves or have a bent characteristic beyond
-// what g takes up; a dead time of more than half the window.
+// No errors. Without movement all fault models are equally good, and the evidence shows it.
+// Limits: no loops that integrate, oscillate by themselves or have a nonlinear characteristic
+// beyond the range of g; no dead time of more than half the window.
 //
-// Sources: the laws are those of model/plant, stepped as they stand there, four stems in a row;
+// Sources: the laws are those of model/plant, stepped without change, four stems in a row;
 // R. Srinivasan et al., Ind. Eng. Chem. Res. 44 (2005), for the scheme of fitting them.
 #pragma once
 
@@ -37,7 +38,7 @@
 
 namespace loopwarden::specialist {
 
-// `other_process` is the healthy valve with a belief that may be wrong by half.
+// `other_process` is the healthy valve with an assumed process that may be wrong by half.
 enum class FaultModel : std::size_t {
   healthy,
   other_process,
@@ -63,7 +64,7 @@ struct FaultFit {
 };
 
 struct WindowFits {
-  bool usable = false;      // enough samples, none missing for long, the loop fits the window
+  bool usable = false;      // enough samples, no long gap, the loop fits the window
   double noise = 0.0;       // % of CO span, standard deviation of a block
   double co_range = 0.0;    // % of CO span, from its least to its largest block
   double co_travel = 0.0;   // %, sum of |changes| of the blocks
@@ -79,7 +80,7 @@ class WindowFitter {
  public:
   explicit WindowFitter(const LoopFacts& facts);
 
-  // No allocation. Missing samples hold the last one.
+  // Fits the window. No allocation. A missing sample repeats the last one.
   WindowFits fit(const LoopWindow& window) noexcept;
 
   const LoopFacts& facts() const noexcept { return facts_; }
@@ -90,14 +91,15 @@ class WindowFitter {
   template <class Stem>
   struct Row;
   class Search;
-  // The loop as one fault model finds it, beside what was believed.
+  // The process that one fault model fits, as a difference to the assumed one.
   struct Process {
-    std::ptrdiff_t shift = 0;  // samples of dead time more
+    std::ptrdiff_t shift = 0;  // additional samples of dead time
     double dead_time_off_s = 0.0;
     double time_constant_s = 1.0;
-    double keep = 0.0;  // of the lag over a sample
+    double keep = 0.0;  // factor of the lag per sample
   };
-  // A search goes by blocks with the believed process first, then sample by sample with the one found.
+  // A search runs by blocks with the assumed process first, then sample by sample with the fitted
+  // one.
   enum class Grain { block, sample };
 
   bool prepare(const LoopWindow& window, WindowFits& found) noexcept;
@@ -115,7 +117,7 @@ class WindowFitter {
   Trial search_stiction() noexcept;
   Trial search_low_air() noexcept;
   void project(std::vector<double>& column) const noexcept;
-  // CO that moves PV's sample `delay_` + k.
+  // Returns the index of the CO that moves PV's sample `delay_` + k.
   std::size_t place(std::size_t k) const noexcept {
     const auto from = static_cast<std::ptrdiff_t>(k) - process_.shift;
     return static_cast<std::size_t>(
@@ -129,24 +131,24 @@ class WindowFitter {
   std::size_t delay_;                         // samples between CO and its first effect
   std::size_t blocks_;                        // in a window
   double block_s_;                            // s
-  double keep_;                               // of the lag over a block
+  double keep_;                               // factor of the lag per block
   double mean_keep_;                          // of the lag, mean over a block
   std::array<std::vector<double>, 3> basis_;  // orthonormal: constant, trend, initial state
   std::array<std::vector<float>, 3> basis_lanes_;
   std::vector<double> pv_;       // whole window, holes filled, % of CO span
-  std::vector<double> co_;       // likewise
-  std::vector<float> co_lanes_;  // less the mean of u_
-  std::vector<float> falling_;   // 1 from where CO falls to where it rises
-  std::vector<double> u_;        // blocks of CO, less their mean, delayed
+  std::vector<double> co_;       // the same
+  std::vector<float> co_lanes_;  // without the mean of u_
+  std::vector<float> falling_;   // 1 from the start of a fall of CO to its next rise
+  std::vector<double> u_;        // blocks of CO, without their mean, delayed
   std::vector<float> u_lanes_;
   std::vector<double> target_;  // blocks of PV, projected
   std::vector<float> target_lanes_;
   double target_square_ = 0.0;
-  double enough_ = 0.0;  // sum of r^2 that a search is content with
+  double enough_ = 0.0;  // sum of r^2 at which a search ends
   double u_mean_ = 0.0;  // %
   double u_high_ = 0.0;  // % less the mean
   double u_low_ = 0.0;
-  std::vector<double> v_;                       // of the candidate that is traced, every sample
+  std::vector<double> v_;                       // of the traced candidate, every sample
   std::array<std::vector<double>, 4> columns_;  // y, y', dy/dT, offset's
   Process process_;
 };

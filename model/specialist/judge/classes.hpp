@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// What specialists answer: the conditions they know, and the verdict on a window.
+// The output of the specialists: the conditions that they know, and the verdict on a window.
 //
-// The order of both is that of files on users' disks and never changes: weights (config/specialists), evidence.
+// The order of both enums is that of files on users' disks (weights in config/specialists,
+// evidence). It never changes.
 //
-// Errors: a name that is none of the known conditions is nothing.
-// What it can't do: two faults at once; how large a fault is (team.hpp has the size).
+// Errors: condition_of() returns no value for an unknown name.
+// Limits: one fault at a time; team.hpp has the size of a fault.
 //
-// Source: the five conditions: Sewdass, thesis (Durban University of Technology), chapter 7; `other`,
-// `unknown` and `not_enough_movement` are ours.
+// Source: the five conditions: Sewdass, thesis (Durban University of Technology), chapter 7;
+// `other`, `unknown` and `not_enough_movement` are ours.
 #pragma once
 
 #include <array>
@@ -18,7 +19,7 @@
 
 namespace loopwarden::specialist {
 
-// `other` is what is wrong with the loop, but not with its valve; no record is called by that name.
+// `other` is a fault of the loop outside its valve. No record has this name.
 enum class Condition : std::uint8_t {
   no_fault,
   stiction,
@@ -30,10 +31,11 @@ enum class Condition : std::uint8_t {
 inline constexpr std::size_t kConditions = 6;
 inline constexpr std::size_t kKnownConditions = 5;  // without `other`
 const char* to_text(Condition condition) noexcept;
-// Of the known conditions.
+// Returns the known condition with this name.
 std::optional<Condition> condition_of(std::string_view name) noexcept;
 
-// A name, or why there is none: what no specialist explains, and a window that can't tell.
+// The name of a condition, or the reason for its absence: no specialist explains the window, or
+// the window has too little movement.
 enum class VerdictName : std::uint8_t {
   no_fault,
   stiction,

@@ -4,8 +4,9 @@
 #include <algorithm>
 #include <cmath>
 
-// The wider registers where the processor has them, chosen when the program starts. Sums keep their order and no
-// multiply-add is fused, so that both give the same bits. Sanitizers do not run before that choice is made.
+// Uses the wider registers if the processor has them; the choice is made at the start of the
+// program. Sums keep their order and no multiply-add is fused, so both give the same bits.
+// Sanitizers do not run before that choice is made.
 #if defined(__x86_64__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__) && \
     !defined(__clang__)
 #define LOOPWARDEN_WIDE __attribute__((target_clones("avx2", "default")))
@@ -33,8 +34,8 @@ LOOPWARDEN_WIDE void multiply(const float* weights, const float* bias, const flo
   }
 }
 
-// Rational approximation of tanh, within 4 units in the last place (the coefficients are those of Eigen's
-// ptanh, Mozilla Public License 2.0; beyond the clamp tanh is 1 in single precision).
+// Rational approximation of tanh, within 4 units in the last place (the coefficients are those of
+// Eigen's ptanh, Mozilla Public License 2.0; beyond the clamp tanh is 1 in single precision).
 LOOPWARDEN_WIDE void tansig(float* values, std::size_t count) {
   for (std::size_t k = 0; k < count; ++k) {
     const float x = std::min(std::max(values[k], -7.90531110763549805F), 7.90531110763549805F);

@@ -1,16 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
-// The faithful form: the thesis's ensemble. Each specialist redraws a signature as its fault's target
-// signature; the verdict is that of the specialist with the lowest mean square error, whatever it is.
+// The ensemble of the thesis. Each specialist redraws a signature as its fault's target signature.
+// The verdict is that of the specialist with the lowest mean square error, however large the error
+// is.
 //
-//   mse_i = mean over the 961 samples of (net_i(x) half_span + centre - target_i)^2,   verdict = argmin mse_i
+//   mse_i = mean over the 961 samples of (net_i(x) half_span + centre - target_i)^2
+//   verdict = argmin mse_i
 //
 //   mse  (PV units)^2
 //
-// Inference in single precision, all 31 columns at once, no allocation; the same bits with and without AVX2.
+// Inference in single precision, all 31 columns at once, no allocation; the same bits with and
+// without AVX2.
 //
-// Errors: none; a signature with a missing sample has non-finite errors and no verdict.
-// What it can't do: say that it does not know; windows that do not begin with the step; other set points,
-// step sizes and loops than those it was trained on. For all of that see team.hpp.
+// No errors; a signature with a missing sample has non-finite errors and no verdict.
+// Limits: it has no verdict "unknown". It judges only windows that begin with the step, and only
+// the set points, step sizes and loops of its training. team.hpp doesn't have these limits.
 //
 // Source: Sewdass, thesis (Durban University of Technology), equations 8.1 to 8.8.
 #pragma once
@@ -40,13 +43,13 @@ class SignatureEnsemble {
   explicit SignatureEnsemble(const std::vector<SignatureSpecialist>& specialists);
 
   std::size_t size() const noexcept { return specialists_.size(); }
-  // Of each specialist, in their order. The result stays until the next call.
+  // Returns the error of each specialist, in their order. The result is valid until the next call.
   std::span<const double> errors(std::span<const double> pv) noexcept;
-  // Place of the lowest error; nothing if none is finite.
+  // Returns the index of the lowest error; empty if no error is finite.
   std::optional<std::size_t> verdict(std::span<const double> pv) noexcept;
 
  private:
-  static constexpr std::size_t kColumns = 32;  // the 31 and one for round numbers
+  static constexpr std::size_t kColumns = 32;  // the 31, plus one for alignment
   struct CompiledLayer {
     std::size_t inputs = 0;
     std::size_t outputs = 0;

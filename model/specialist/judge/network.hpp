@@ -5,8 +5,9 @@
 //
 //   x  inputs, without unit     y  outputs, without unit     W, b  weights and biases
 //
-// Errors: none; a non-finite input gives non-finite outputs.
-// What it can't do: learn (levenberg_marquardt.hpp, team_training.hpp), read files (config/).
+// No errors; a non-finite input gives non-finite outputs.
+// Limits: training is in levenberg_marquardt.hpp and team_training.hpp, reading of files in
+// config/.
 //
 // Source: Sewdass, thesis (Durban University of Technology), section 8.4.
 #pragma once
@@ -40,26 +41,27 @@ struct Layer {
 class Network {
  public:
   Network() = default;
-  // All zero.
+  // Makes a network with all weights 0.
   explicit Network(const NetworkShape& shape);
 
   NetworkShape shape() const noexcept;
-  // A column for each case. Allocates.
+  // Returns the outputs, one column per case. Allocates.
   Eigen::MatrixXd respond(const Eigen::Ref<const Eigen::MatrixXd>& inputs) const;
 
   std::array<Layer, 3> layers;
 };
 
-// Random weights that spread the neurons over inputs within -1 to 1, after D. Nguyen and B. Widrow, Proc. IJCNN
-// (1990) 3, 21-26; the last layer small.
+// Returns random weights that spread the neurons over inputs from -1 to 1, after D. Nguyen and B.
+// Widrow, Proc. IJCNN (1990) 3, 21-26. The weights of the last layer are small.
 Network random_network(const NetworkShape& shape, std::uint64_t seed);
 
-// One network with the room it needs to answer a single case: no allocation after construction.
+// A network with memory for a single case: no allocation after construction.
 class Responder {
  public:
   explicit Responder(const Network& network);
 
-  // `inputs` as many as the network has. The result stays until the next call.
+  // Returns the outputs for as many `inputs` as the network has. The result is valid until the next
+  // call.
   std::span<const double> respond(std::span<const double> inputs) noexcept;
 
  private:

@@ -32,9 +32,9 @@ double misfit_of(const WindowFits& f, Condition condition) noexcept {
 }
 
 double severity_of(const WindowFits& f, Condition condition) noexcept {
-  // A stem that CO never took out of its play or friction would have left no trace.
+  // If CO never took the stem out of its backlash or friction, the fault left no trace.
   const double crossed = f.co_range;
-  // An offset, or a stem still on its way, shows in PV as well.
+  // An offset, or a stem that is still moving, is visible in PV as well.
   const double seen = std::max(f.co_range, f.pv_range);
   switch (condition) {
     case Condition::stiction: return std::min(f.of(FaultModel::stiction).size, crossed);

@@ -1,26 +1,26 @@
 // SPDX-License-Identifier: Apache-2.0
-// The trustworthy form: a team of specialists that fit a window instead of redrawing it.
+// The team of specialists. They fit a window instead of redrawing it, and can return "unknown".
 //
-// Each specialist knows one condition. It fits the window from CO to PV by its own fault (window_fitter.hpp),
-// and its network weighs the evidence of all fits into one score:
+// Each specialist knows one condition. It fits the window from CO to PV by its own fault
+// (window_fitter.hpp), and its network weighs the evidence of all fits into one score:
 //
 //   p_c = exp(score_c / temperature) / sum over the specialists of exp(score / temperature)
 //
-// `other` is the specialist of what is no valve fault. The verdict:
-//   1. a fault, where the faults' p together reach kFault, that of the best one kNamed, and it fits the
-//      window no worse than kMisfitQuantile of its training windows did;
-//   2. else no_fault, likewise with kNoFault;
-//   3. else unknown, where `other` reaches kUnknown or no known condition fits;
-//   4. else not_enough_movement: several fault models fit and the window can't tell which is right, or CO hardly
-//      moved, or stood at an end of its range for long.
-// Where the window starts, set points, step sizes and units do not matter; another process means other
-// LoopFacts and no other networks (docs/specialists.md says how well that goes).
+// `other` is the specialist for faults outside the valve. The verdict is the first that applies:
+//   1. a fault, if the p of all faults together reach kFault, that of the best one reaches kNamed,
+//      and its error is at most the kMisfitQuantile of its training windows
+//   2. no_fault, with the same conditions and kNoFault
+//   3. unknown, if `other` reaches kUnknown or no known condition fits
+//   4. not_enough_movement: several fault models fit equally well, or CO hardly moved, or CO was
+//      at an end of its range for long
+// The start of the window, set points, step sizes and units have no effect. Another process needs
+// other LoopFacts but no other networks (docs/specialists.md has the accuracy).
 //
-// What it can't do: two faults at once have one name; a fault that the window's movement does not
-// touch leaves no trace, and a healthy verdict on such a window says nothing about it.
+// Limits: two faults at once get one name. A fault that the window's movement does not reach leaves
+// no trace, and a healthy verdict on such a window doesn't exclude it.
 //
-// Sources: the set of specialists and the lowest error: Sewdass, thesis (Durban University of Technology), ch. 8;
-// temperature: C. Guo, G. Pleiss, Y. Sun and K. Weinberger, Proc. ICML (2017).
+// Sources: the set of specialists and the lowest error: Sewdass, thesis (Durban University of
+// Technology), ch. 8; temperature: C. Guo, G. Pleiss, Y. Sun and K. Weinberger, Proc. ICML (2017).
 #pragma once
 
 #include <array>
@@ -40,7 +40,7 @@ inline constexpr double kNoFault = 0.8;
 inline constexpr double kUnknown = 0.8;
 inline constexpr double kMisfitQuantile = 0.995;
 inline constexpr double kMostShut = 0.3;  // share of a window with CO at an end of its range
-// CO's blocks within this many standard deviations of the noise is no movement.
+// CO whose blocks are within this many standard deviations of the noise has no movement.
 inline constexpr double kLeastMovement = 6.0;
 
 struct TeamMember {
@@ -61,19 +61,20 @@ struct Team {
 
 struct WindowVerdict {
   VerdictName verdict = VerdictName::not_enough_movement;
-  double probability = 0.0;       // of the verdict's condition; of `unknown` what no known one has
+  double probability =
+      0.0;  // of the verdict's condition; for `unknown`, that of no known condition
   double severity_percent = 0.0;  // of CO span; 0 without a fault
   std::array<double, kConditions> probabilities{};
   std::array<double, kConditions> mse{};  // of each fault model, (% of CO span)^2
 };
 
-// No allocation after construction.
+// Judges windows with a team. No allocation after construction.
 class TeamJudge {
  public:
   explicit TeamJudge(const Team& team);
 
   WindowVerdict judge(const LoopWindow& window) noexcept;
-  // The same from fits made before.
+  // Returns the verdict for existing fits.
   WindowVerdict judge(const WindowFits& found) noexcept;
 
   const LoopFacts& facts() const noexcept { return fitter_.facts(); }
@@ -87,10 +88,12 @@ class TeamJudge {
   std::vector<Responder> responders_;
 };
 
-// Mean square that the model of this condition leaves, (% of CO span)^2. Of hysteresis the better form.
+// Returns the mean square error of this condition's model, (% of CO span)^2. For hysteresis, of the
+// better form.
 double misfit_of(const WindowFits& found, Condition condition) noexcept;
-// Size of the fault, % of CO span, as its model has it but no more than the window can show: the range that
-// CO moved in it; of an offset or of low air, that of PV over the gain where it is larger. 0 of what is no fault.
+// Returns the size of the fault, % of CO span, from its model. It is limited to the size that the
+// window can show: the range of CO or, for an offset or low air, the range of PV over the gain if
+// that is larger. 0 without a valve fault.
 double severity_of(const WindowFits& found, Condition condition) noexcept;
 
 }  // namespace loopwarden::specialist

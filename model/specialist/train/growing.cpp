@@ -71,7 +71,7 @@ Lessons reduced(const Lessons& lessons, const Components& components) {
           lessons.targets};
 }
 
-// The same function of the columns themselves.
+// Returns the same function with the columns themselves as inputs.
 Network on_columns(const Network& network, const Components& components) {
   Network result = network;
   result.layers[0].weights = network.layers[0].weights * components.directions.transpose();
@@ -123,7 +123,7 @@ Signature simulate_signature(const plant::LoopModel& believed, Condition conditi
   m.controller.pid.gains.kp *= random.uniform(0.9, 1.1);
   m.controller.pid.gains.ki *= random.uniform(0.9, 1.1);
   if (m.transmitter.noise == 0.0) m.transmitter.noise = 0.001 * pv_span;
-  // From a valve that is nearly shut to the middle, as the thesis's step to 5 L/min.
+  // From a valve that is nearly shut to the middle, like the thesis's step to 5 L/min.
   const double level = m.process.level.value_or(0.0);
   const double at_low = level + m.process.gain * (pid.output_low + 0.02 * co_span);
   const double goal = level + m.process.gain * (pid.output_low + 0.41 * co_span);
@@ -146,12 +146,12 @@ Signature simulate_signature(const plant::LoopModel& believed, Condition conditi
       m.valve_effects.push_back({"backlash", {{"deadband", percent * unit}}});
       break;
     case Condition::hysteresis:
-      // Noise flips the thesis's block at every sample, as it did there.
+      // Noise reverses the thesis's block at every sample, as in the thesis.
       percent = random.uniform(4.0, 10.0);
       m.valve_effects.push_back({"hysteresis", {{"offset", percent * unit}}});
       break;
     case Condition::low_air_supply: {
-      // Slower is worse: a rate of 1 %/s stands for a severity of 1.
+      // Slower is worse: a rate of 1 %/s gives a severity of 1.
       const double rate = random.uniform(1.2, 2.4);
       percent = 1.0 / rate;
       m.valve_effects.push_back({"low_air_supply", {{"rate", rate * unit}, {"lag", 1.0}}});

@@ -21,7 +21,7 @@ MatrixXd with_ones(const MatrixXd& m) {
   return result;
 }
 
-// Rows (i, k) of a and b multiplied case by case, k running fastest.
+// Returns the products of rows i of a and k of b, case by case, k running fastest.
 MatrixXd rowwise_products(const MatrixXd& a, const MatrixXd& b) {
   MatrixXd result(a.rows() * b.rows(), a.cols());
   for (Index i = 0; i < a.rows(); ++i) {
@@ -30,8 +30,8 @@ MatrixXd rowwise_products(const MatrixXd& a, const MatrixXd& b) {
   return result;
 }
 
-// What of the normal equations does not depend on mu. Unknowns of the hidden layers: neuron by neuron, its
-// weights and then its bias, first layer first.
+// The part of the normal equations that does not depend on mu. Unknowns of the hidden layers:
+// neuron by neuron, its weights and then its bias, first layer first.
 class NormalEquations {
  public:
   NormalEquations(const Network& network, const Lessons& lessons);
@@ -85,7 +85,7 @@ NormalEquations::NormalEquations(const Network& network, const Lessons& lessons)
   hidden_gradient_.resize(first_size() + second_size());
   hidden_gradient_ << first.reshaped(), second.reshaped();
 
-  // Case by case: how the output depends on what goes into the neurons, squared.
+  // Case by case: the squared derivative of the output to the inputs of the neurons.
   const Index cases = x.cols();
   const MatrixXd m = v_.transpose() * v_;
   MatrixXd first_first(h1_ * h1_, cases);
@@ -146,7 +146,8 @@ Network NormalEquations::solve(double mu) const {
   output.diagonal().array() += mu;
   const Eigen::LLT<MatrixXd> output_factor(output);
   MatrixXd m = v_.transpose() * v_;
-  // V may have fewer ranks than columns: its Gram matrix gets a square root by a tiny ridge.
+  // V may have a lower rank than it has columns. A tiny ridge makes the root of its Gram matrix
+  // possible.
   m.diagonal().array() += 1e-12 * (1.0 + m.diagonal().maxCoeff());
   const MatrixXd root = Eigen::LLT<MatrixXd>(m).matrixL();
 

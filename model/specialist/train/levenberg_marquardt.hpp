@@ -1,21 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
-// Levenberg-Marquardt training of a network, the mean square error of its outputs falling:
+// Levenberg-Marquardt training of a network: reduces the mean square error of its outputs.
 //
-//   (J'J + mu I) step = J'e,   w <- w + step where that lowers the error: mu / 10, else mu * 10
+//   (J'J + mu I) step = J'e,   w <- w + step if that lowers the error: mu / 10, otherwise mu * 10
 //
-// The normal matrix is made without J. With V the last layer's weights, g the slopes of the tansig layers
-// and x, z1, z2 the layers' inputs (each with a 1 for the bias), every block is a sum over the cases of a
-// Kronecker product, such as (g1 W2' g2 V'V g2 W2 g1) x (x x'): one product of matrices. The output
-// neurons do not meet: each has the same block z2 z2', so they are eliminated first. For 31-31-31-31 that is two
-// thousand unknowns in place of three thousand, and no Jacobian of 14 000 rows.
+// The normal matrix is computed without J. V are the last layer's weights, g the slopes of the
+// tansig layers, and x, z1, z2 the layers' inputs (each with a 1 for the bias). Every block is a
+// sum over the cases of a Kronecker product, such as (g1 W2' g2 V'V g2 W2 g1) x (x x'): one product
+// of matrices. The output neurons are independent: each has the same block z2 z2', so they are
+// eliminated first. For 31-31-31-31 that leaves two thousand unknowns instead of three thousand,
+// and needs no Jacobian of 14 000 rows.
 //
-// Stops when one of these is met: epochs, goal, least gradient (length of J'e over the number of errors), validation
-// failures in a row, largest mu. The weights with the least validation error are returned.
+// Stops when one of these is met: epochs, goal, least gradient (length of J'e over the number of
+// errors), validation failures in a row, largest mu. The weights with the least validation error
+// are returned.
 //
 // The same inputs give the same bits.
 //
-// Sources: M. Hagan and M. Menhaj, IEEE Trans. Neural Networks 5 (1994) 989-993; the stops: Sewdass,
-// thesis (Durban University of Technology), chapter 8, part C; mu as in the toolbox that the thesis used.
+// Sources: M. Hagan and M. Menhaj, IEEE Trans. Neural Networks 5 (1994) 989-993; the stops:
+// Sewdass, thesis (Durban University of Technology), chapter 8, part C; mu as in the toolbox that
+// the thesis used.
 #pragma once
 
 #include <Eigen/Core>
@@ -36,7 +39,7 @@ struct LearningSettings {
   double largest_mu = 1e10;
 };
 
-// A column for each case.
+// Inputs and desired outputs, one column per case.
 struct Lessons {
   Eigen::MatrixXd inputs;
   Eigen::MatrixXd targets;
@@ -62,12 +65,13 @@ struct Learned {
 
 double mean_square_error(const Network& network, const Lessons& lessons);
 
-// `test` is only measured. `on_epoch` hears of each epoch.
+// Trains from `start`. `test` is only measured. `on_epoch` is called with each epoch.
 Learned learn(const Network& start, const Lessons& training, const Lessons& validation,
               const Lessons& test, const LearningSettings& settings,
               const std::function<void(std::size_t, const Epoch&)>& on_epoch = {});
 
-// One Levenberg-Marquardt step by the formula above, as a network of changes. Exposed for tests.
+// Returns one Levenberg-Marquardt step by the formula above, as a network of changes. Exposed for
+// tests.
 Network levenberg_marquardt_step(const Network& network, const Lessons& lessons, double mu);
 
 }  // namespace loopwarden::specialist

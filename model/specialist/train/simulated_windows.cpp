@@ -39,7 +39,7 @@ struct Draw {
   double window_s;
 };
 
-// Factors of gain, time constant and dead time as the twin's record leaves them open.
+// Draws factors of gain, time constant and dead time within the uncertainty of the twin's record.
 void draw_from_covariance(Draw& d) {
   const plant::TwinFit& twin = *d.model.twin;
   const auto n = static_cast<Eigen::Index>(twin.parameters.size());
@@ -80,7 +80,7 @@ void vary_loop(Draw& d, const WindowRequest& request) {
   m.process.gain *= 1.0 + 2.0 * u.gain * r.uniform(-1.0, 1.0);
   m.process.time_constant_s *= 1.0 + 2.0 * u.time_constant * r.uniform(-1.0, 1.0);
   m.process.dead_time_s *= 1.0 + 2.0 * u.dead_time * r.uniform(-1.0, 1.0);
-  // Whoever identifies the loop counts small lags as dead time.
+  // An identification counts small lags as dead time.
   m.process.dead_time_s = std::max(0.0, m.process.dead_time_s - actuator_s - second_s);
   m.valve_effects.insert(m.valve_effects.begin(),
                          EffectSpec{"positioner_lag", {{"time_constant", actuator_s}}});
@@ -99,14 +99,15 @@ void vary_loop(Draw& d, const WindowRequest& request) {
     m.transmitter.noise = 0.01 * noise * d.pv_span;
   }
   if (m.transmitter.resolution == 0.0) m.transmitter.resolution = d.pv_span / 4096.0;
-  if (m.twin) return;  // its load is among its disturbances
+  if (m.twin) return;  // the twin's disturbances include its load
   if (chance(r, 0.25)) {
     m.disturbances.push_back(
         {"random_load", {{"intensity", 0.001 * d.pv_span * r.uniform(0.3, 1.2)}}});
   }
 }
 
-// PV units in the middle of what the output reaches.
+// Returns the PV at `co_share` of the CO span, within the transmitter's range less a margin, PV
+// units.
 double rest_point(const Draw& d, double co_share) {
   const control::PidSettings& pid = d.model.controller.pid;
   const plant::ProcessParameters& process = d.model.process;
@@ -116,7 +117,7 @@ double rest_point(const Draw& d, double co_share) {
   return std::clamp(pv, d.model.transmitter.low + margin, d.model.transmitter.high - margin);
 }
 
-// The scenario's moves over and over, one of them somewhere in the first half of the window.
+// Repeats the scenario's moves, with one of them in the first half of the window.
 void draw_own_moves(Draw& d) {
   const plant::Scenario own = d.model.scenario;
   auto& profile = d.model.scenario.set_point;
@@ -124,7 +125,7 @@ void draw_own_moves(Draw& d) {
   const std::size_t move = 1 + choice(d.random, own.set_point.size() - 1);
   const double in_window_s = d.random.uniform(0.05, 0.5) * d.window_s;
   const double at_window_s = own.set_point[move].first - in_window_s;
-  // Of the scenario's time, going round, at the start of the run.
+  // Position in the repeated scenario at the start of the run.
   double start_s = std::fmod(at_window_s - d.before_s, own.duration_s);
   if (start_s < 0.0) start_s += own.duration_s;
   double standing = own.set_point.back().second;
@@ -159,7 +160,7 @@ void draw_set_points(Draw& d, const WindowRequest& request) {
   profile.emplace_back(0.0, start);
   const double kind = request.moves == SetPointMoves::steps ? 0.0 : r.uniform();
   if (kind < 0.6) {
-    // Steps with random pauses, each to a place about the base.
+    // Steps with random pauses, each to a value around the base.
     const double pause_s = d.window_s * log_uniform(r, 0.2, 1.2);
     const double reach = per_output * r.uniform(0.06, 0.3);
     for (double t = r.uniform(0.1, 1.0) * pause_s; t < d.length_s;
@@ -176,7 +177,7 @@ void draw_set_points(Draw& d, const WindowRequest& request) {
       up = !up;
     }
   } else if (kind < 0.88) {
-    // What another controller asks for: small steps that add up to ramps and waves.
+    // Set points from another controller: small steps that add up to ramps and waves.
     const double step_s = std::max(d.model.sample_time_s, d.window_s / 200.0);
     const double period_s = d.window_s * log_uniform(r, 0.3, 3.0);
     const double reach = per_output * r.uniform(0.03, 0.2);
@@ -188,7 +189,7 @@ void draw_set_points(Draw& d, const WindowRequest& request) {
       profile.emplace_back(t, std::clamp(start + reach * wave, least, most));
     }
   }
-  // Else constant.
+  // Otherwise constant.
 }
 
 double severity(Draw& d, const WindowRequest& request, double high) {
@@ -209,7 +210,7 @@ EffectSpec stick_slip(Draw& d, double s, double j) {
   return spec;
 }
 
-// Returns the severity in % of CO span, 0 where it has none or only the run can tell.
+// Returns the severity in % of CO span; 0 without one, or if it follows only from the run.
 double add_condition(Draw& d, const WindowRequest& request) {
   Random& r = d.random;
   plant::LoopModel& m = d.model;
@@ -217,7 +218,7 @@ double add_condition(Draw& d, const WindowRequest& request) {
   const bool rubs =
       m.twin && (has(m.valve_effects, "stiction") || has(m.valve_effects, "backlash"));
   if (request.condition != Condition::stiction && !rubs && chance(r, 0.7)) {
-    // Packing rubs in a healthy valve too.
+    // A healthy valve has packing friction too.
     const double s = r.uniform(0.06, 0.3) * co_percent;
     m.valve_effects.push_back({"stiction", {{"s", s}, {"j", 0.3 * s}}, {{"law", "he"}}});
   }
@@ -238,7 +239,7 @@ double add_condition(Draw& d, const WindowRequest& request) {
     case Condition::hysteresis: {
       if (chance(r, 0.3)) {
         const double offset = severity(d, request, 12.0);
-        // In front of all else: the thesis adds it to the controller's output.
+        // Before all other effects: the thesis adds it to the controller's output.
         m.valve_effects.insert(m.valve_effects.begin(),
                                EffectSpec{"hysteresis", {{"offset", offset * co_percent}}});
         return offset;
@@ -265,7 +266,7 @@ double add_condition(Draw& d, const WindowRequest& request) {
   return 0.0;
 }
 
-// What `other` is drawn from: each effect with the sizes that it has in training.
+// The effects from which `other` is drawn, each with its sizes in training.
 struct Other {
   std::string_view name;
   void (*add)(Draw& d);
@@ -400,7 +401,7 @@ SimulatedWindow simulate_run(const plant::LoopModel& believed, const WindowReque
     const std::string_view name =
         request.other.empty() ? kOtherNames[choice(random, kOthers.size())] : request.other;
     add_other(draw, name);
-    // What the window's CO and PV explain by themselves is no mistake of the process.
+    // With another controller, the window's CO and PV still fit the process.
     if (request.other.empty() && name == "controller_mismatch") {
       window.condition = Condition::no_fault;
     }

@@ -20,7 +20,7 @@ constexpr double kFirstMoment = 0.9;
 constexpr double kSecondMoment = 0.999;
 constexpr int kMostTries = 20;
 
-// no_fault stands twice: it is what a plant mostly is.
+// no_fault appears twice, because plants are mostly healthy.
 constexpr std::array kTurns{Condition::no_fault,   Condition::stiction,       Condition::backlash,
                             Condition::hysteresis, Condition::low_air_supply, Condition::other,
                             Condition::no_fault};
@@ -41,7 +41,7 @@ struct TeamState {
   double steps = 0.0;
 };
 
-// Scores, a row for each condition.
+// Returns the scores, one row per condition.
 MatrixXd scores(const std::array<Network, kConditions>& networks, const MatrixXd& inputs) {
   MatrixXd result(static_cast<Index>(kConditions), inputs.cols());
   for (std::size_t c = 0; c < kConditions; ++c) {
@@ -50,7 +50,7 @@ MatrixXd scores(const std::array<Network, kConditions>& networks, const MatrixXd
   return result;
 }
 
-// In place; returns the mean cross-entropy.
+// Works in place; returns the mean cross-entropy.
 double softmax(MatrixXd& scores, const std::vector<Index>& condition, std::size_t from) {
   double entropy = 0.0;
   for (Index k = 0; k < scores.cols(); ++k) {
@@ -73,7 +73,7 @@ void adam(Eigen::Ref<MatrixXd> weights, Eigen::Ref<MatrixXd> first, Eigen::Ref<M
                              kDecay / kStep * weights.array());
 }
 
-// One step of one specialist along its share of the gradient, `left` = p - y.
+// Makes one step of one specialist along its share of the gradient, `left` = p - y.
 void learn(Network& n, Moments& m, const MatrixXd& x, const Eigen::RowVectorXd& left, double step,
            double steps) {
   const MatrixXd first = ((n.layers[0].weights * x).colwise() + n.layers[0].bias).array().tanh();
@@ -152,7 +152,7 @@ TeamRestart run_restart(const Cases& training, const Cases& validation,
   return best;
 }
 
-// Least cross-entropy over temperatures, by golden section on its logarithm.
+// Returns the temperature with the least cross-entropy, by golden section on its logarithm.
 double fit_temperature(const MatrixXd& scores, const Cases& cases, double& entropy) {
   const auto at = [&](double log_temperature) {
     MatrixXd p = scores / std::exp(log_temperature);
@@ -225,7 +225,7 @@ std::vector<Example> simulate_examples(const plant::LoopModel& model, std::size_
             model, request,
             stream_seed(seed, kMostTries * number + static_cast<std::size_t>(attempt)));
         const WindowFits found = fitter.fit(window.view());
-        // A loop that lives at the stops of its output is none that anybody leaves alone.
+        // Operators don't leave a loop at the limits of its output for long.
         if (!found.usable || found.shut_share > kMostShut) continue;
         examples[k] = {network_inputs_of(found), window.condition,
                        std::log(misfit_of(found, window.condition) / (found.noise * found.noise))};

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // Trains the team of specialists on windows of the simulated loop.
 //
-// The specialists' networks learn together: least cross-entropy of their softmax, by Adam on small batches, weights
-// held small, stopped by the validation windows. Several restarts; the one with the least validation error
-// stays. The temperature is then fitted to the validation windows.
+// The specialists' networks learn together: least cross-entropy of their softmax, by Adam on small
+// batches, with weight decay, stopped by the validation windows. Of several restarts, the one with
+// the least validation error is used. The temperature is then fitted to the validation windows.
 //
 // The same model, settings and seed give the same bits, whatever the number of threads.
 //
-// Errors: none, of examples of every condition.
-// What it can't do: better than its windows: what they never show, no network has seen.
+// No errors if every condition has examples.
+// Limits: the networks can't recognise effects that the windows never show.
 //
 // Source: D. Kingma and J. Ba, Proc. ICLR (2015).
 #pragma once
@@ -29,7 +29,7 @@ using numeric::ParallelFor;
 
 struct TeamTrainingSettings {
   std::uint64_t seed = 1;
-  std::size_t windows = 16000;  // of which a tenth validates
+  std::size_t windows = 16000;  // a tenth of them validates
   std::size_t hidden = 16;      // neurons of each hidden layer
   std::size_t restarts = 2;
   std::size_t most_epochs = 60;
@@ -39,7 +39,7 @@ struct TeamTrainingSettings {
 struct Example {
   NetworkInputs inputs{};
   Condition condition = Condition::no_fault;
-  double log_misfit = 0.0;  // of its own condition's model over the noise
+  double log_misfit = 0.0;  // log of the error of its own condition's model over the noise
 };
 
 struct TeamEpoch {
@@ -49,7 +49,7 @@ struct TeamEpoch {
   double validation = 0.0;
 };
 
-// One restart, finished: what a caller may keep to go on from after an interruption.
+// One finished restart. A caller may store it and continue from it after an interruption.
 struct TeamRestart {
   std::array<Network, kConditions> networks;
   std::vector<TeamEpoch> epochs;
@@ -57,7 +57,7 @@ struct TeamRestart {
 };
 
 struct TeamHooks {
-  std::function<std::optional<TeamRestart>(std::size_t restart)> find;  // finished before
+  std::function<std::optional<TeamRestart>(std::size_t restart)> find;  // a restart from before
   std::function<void(std::size_t restart, const TeamRestart&)> finished;
   std::function<void(const TeamEpoch&)> epoch;  // from the threads that train
 };
@@ -68,7 +68,8 @@ struct TeamTraining {
   double validation = 0.0;  // cross-entropy after the temperature, nats
 };
 
-// Examples k = first to first + count - 1 from `seed`, the same for the same k; conditions in turn, no_fault as often as two others. Windows that can't be used
+// Simulates examples k = first to first + count - 1 from `seed`; the same k gives the same example.
+// The conditions take turns, with no_fault twice as often as each of the others. Unusable windows
 // are drawn again.
 std::vector<Example> simulate_examples(const plant::LoopModel& model, std::size_t count,
                                        std::uint64_t seed, const ParallelFor& parallel_for,
@@ -78,7 +79,7 @@ TeamTraining train_team(const LoopFacts& facts, const std::vector<Example>& exam
                         const TeamTrainingSettings& settings, const ParallelFor& parallel_for,
                         const TeamHooks& hooks = {});
 
-// Seed of example k: independent streams from one seed.
+// Returns the seed of example k: independent streams from one seed.
 std::uint64_t stream_seed(std::uint64_t seed, std::uint64_t k) noexcept;
 
 }  // namespace loopwarden::specialist

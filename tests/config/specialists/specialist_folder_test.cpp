@@ -46,7 +46,7 @@ SpecialistFolder some_folder() {
   return f;
 }
 
-// The error's text on a written folder in which `change` has been made.
+// Returns the text of the error for a written folder after `change`.
 template <class Change>
 std::string refusal(Change change) {
   const TemporaryFolder folder;
@@ -64,20 +64,20 @@ void replace(const std::filesystem::path& file, const std::string& from, const s
   write_file(file, text.replace(at, from.size(), to));
 }
 
-// New weights, and the manifest agrees.
+// New weights with a matching manifest.
 void put_weights(const std::filesystem::path& folder, const std::string& text) {
   const std::string before = loopwarden::base::sha256_hex(read_file(folder / "P7S4.weights"));
   write_file(folder / "P7S4.weights", text);
   replace(folder / "manifest.yaml", before, loopwarden::base::sha256_hex(text));
 }
 
-// The specialists as version 1 wrote them, in a folder of their own.
+// Copies the specialists as version 1 wrote them into a separate folder.
 void copy_version_1(const std::filesystem::path& to) {
   std::filesystem::copy(LOOPWARDEN_SOURCE_DIR "/tests/golden/specialists-1", to,
                         std::filesystem::copy_options::recursive);
 }
 
-// WindowFits with another value in every place.
+// WindowFits with a different value in every field.
 specialist::WindowFits varied_explanations() {
   specialist::WindowFits f;
   f.usable = true;
@@ -143,7 +143,7 @@ TEST_CASE("specialists of version 1 answer as they did, and are written as versi
   const auto read = config::read_specialists(LOOPWARDEN_SOURCE_DIR "/tests/golden/specialists-1");
   INFO(config::to_text(read.diagnostics));
   REQUIRE(read);
-  // As the program that wrote them answered. Another order of the evidence would be seen.
+  // The answers of the program that wrote them. Another order of the evidence would change them.
   const std::array expected{0.10330062980232402, 0.15376073103388316, 0.31549336509361009,
                             0.16513702899959684, 0.1625196844388796,  0.099788560631706325};
   const auto answers_so = [&](const specialist::Team& team) {
@@ -153,7 +153,7 @@ TEST_CASE("specialists of version 1 answer as they did, and are written as versi
     }
   };
   answers_so(*read->team);
-  // Alarm evidence keeps a copy of what judged.
+  // Alarm evidence keeps a copy of the specialists that judged.
   const TemporaryFolder folder;
   REQUIRE(config::write_specialists(*read.value, folder.path()).empty());
   CHECK_THAT(read_file(folder / "manifest.yaml"), Contains("version: 2"));
@@ -163,7 +163,7 @@ TEST_CASE("specialists of version 1 answer as they did, and are written as versi
   answers_so(*again->team);
 }
 
-TEST_CASE("a manifest with evidence of the other version is refused with what to do",
+TEST_CASE("a manifest with evidence of the other version is refused with instructions",
           "[specialists]") {
   const auto refusal_of_version_1 = [](const std::string& from, const std::string& to) {
     const TemporaryFolder folder;
@@ -192,7 +192,7 @@ TEST_CASE("every input of a written manifest has its name", "[specialists]") {
   CHECK_THAT(text, Contains("- [25.5, 52]  # co_reversals\nspecialists:"));
 }
 
-TEST_CASE("a folder that can't be trusted is refused with the reason", "[specialists]") {
+TEST_CASE("an untrusted folder is refused with the reason", "[specialists]") {
   using Path = std::filesystem::path;
   CHECK_THAT(
       refusal([](const Path& f) { replace(f / "manifest.yaml", "version: 2", "version: 3"); }),
@@ -256,7 +256,7 @@ TEST_CASE("weights must be as many as the layers take, and finite", "[specialist
   CHECK_THAT(changed([](std::string& t) { t.append(100000, ' '); }), Contains("too large"));
 }
 
-TEST_CASE("specialists that are replaced stay whole until the new manifest is there",
+TEST_CASE("specialists that are replaced stay whole until the new manifest is written",
           "[config][specialists]") {
   const TemporaryFolder folder;
   REQUIRE(config::write_specialists(some_folder(), folder.path()).empty());
@@ -264,7 +264,7 @@ TEST_CASE("specialists that are replaced stay whole until the new manifest is th
   for (auto& member : other.team->members) {
     member.network = specialist::random_network({specialist::kNetworkInputs, 3, 2, 1}, 77);
   }
-  // After each file: as after a kill.
+  // The state after each file, as after a kill.
   std::size_t files = 0;
   config::write_specialists(other, folder.path(),
                             [&](const std::string& name, const std::string& text) {
@@ -274,7 +274,8 @@ TEST_CASE("specialists that are replaced stay whole until the new manifest is th
                               ++files;
                             });
   CHECK(files == specialist::kConditions + 2);
-  // Written in one go, what is not needed any more goes; the same again changes no name.
+  // One write removes the files that are not needed any more. Writing the same again keeps all
+  // names.
   REQUIRE(config::write_specialists(some_folder(), folder.path()).empty());
   const auto named = [&] {
     auto names = config::weight_files(folder.path());

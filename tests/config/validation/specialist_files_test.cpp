@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Twins that loops' files name: those of another loop are refused before anything runs.
+// Twins that loops' files name. A twin of another loop is refused before the start.
 #include "config/validation/specialist_files.hpp"
 
 #include <catch2/catch.hpp>
@@ -35,7 +35,7 @@ config::LoopFile loop_with(const std::string& twin) {
   return file;
 }
 
-// What is said of the loop, and in `twins` what loaded.
+// Returns the messages for the loop; `twins` receives the loaded ones.
 std::string said_of(const config::LoopFile& loop, config::Specialists* loaded = nullptr) {
   config::SpecialistFiles files;
   config::Report report(loop.config.file);
@@ -65,7 +65,7 @@ TEST_CASE("a loop's twin is taken where period and ranges are the loop's", "[dae
     CHECK(words.find("fic-101.yaml:7:9: error: monitor.twin: ") != std::string::npos);
     CHECK(words.find(said) != std::string::npos);
   }
-  // A twin whose PV moves the other way would drive planned moves away from the set point.
+  // A twin with the opposite sign of gain would drive planned moves away from the set point.
   for (const auto& [gain, action] :
        {std::pair{"-1.0", control::Action::reverse}, std::pair{"1.0", control::Action::direct}}) {
     std::string text = twin_text("0.1", "[0, 10]", "[0, 100]");
@@ -75,7 +75,7 @@ TEST_CASE("a loop's twin is taken where period and ranges are the loop's", "[dae
     other.config.controller.pid.action = action;
     CHECK(said_of(other).find("controller.action") != std::string::npos);
   }
-  // Planned moves know no process that integrates.
+  // Planned moves don't support integrating processes.
   write_file(
       file,
       "sample_time: 0.1\ncontroller: {kp: 0.4, ki: 0.15, output: [0, 100]}\n"

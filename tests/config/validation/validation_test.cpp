@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// One judgement of a folder: what a start would refuse is an error, and one loop's errors leave the
-// others in their places.
+// Tests the judgement of a folder: each refusal of a start is an error, and one loop's errors leave
+// the others in their places.
 #include "config/validation/validation.hpp"
 
 #include <algorithm>
@@ -39,7 +39,7 @@ std::string said_of(const ScratchFolder& folder) {
   return folder.relative(to_text(validate(folder.path()).reading.diagnostics));
 }
 
-// Tags in the order of the loops; those out of service with a minus.
+// Returns the tags in the order of the loops; those out of service with a minus.
 std::vector<std::string> tags_of(const Validated& validated) {
   std::vector<std::string> tags;
   for (const LoopConfig& loop : validated.reading.configuration.loops) {
@@ -57,7 +57,7 @@ struct Named {
 
 }  // namespace
 
-TEST_CASE("files that a loop's file names are part of the judgement", "[config][validation]") {
+TEST_CASE("files that a loop's file names are judged too", "[config][validation]") {
   const ScratchFolder folder;
   folder.write("m.yaml", test::kModel);
   folder.write("loops.d/a.yaml", simulated("FIC-101", "monitor: {twin: ../twin.yaml}\n"));
@@ -88,7 +88,7 @@ TEST_CASE("files that a loop's file names are part of the judgement", "[config][
   }
   std::filesystem::remove(folder / "twin.yaml");
   CHECK(tags_of(validate(folder.path())) == Tags{"-FIC-101", "FIC-102"});
-  // Specialists likewise.
+  // The same for specialists.
   folder.write("loops.d/a.yaml", simulated("FIC-101", "monitor: {specialists: ../none}\n"));
   CHECK(said_of(folder).find("loops.d/a.yaml:17:24: error: monitor.specialists: ") !=
         std::string::npos);
@@ -143,7 +143,7 @@ TEST_CASE("two links to one unit agree in their settings", "[config][validation]
                       "(loops.d/a.yaml:19:11). Use one link for both"));
     CHECK(std::count(said.text.begin(), said.text.end(), '\n') == 1);
     CHECK(tags_of(validated) == Tags{"FIC-101", "-FIC-102"});
-    // Its output can be driven none the less.
+    // Its output can be driven nevertheless.
     REQUIRE(validated.reading.outputs.size() == 2);
     CHECK(validated.reading.outputs[1].why_not.empty());
   }
@@ -153,7 +153,7 @@ TEST_CASE("two links to one unit agree in their settings", "[config][validation]
     links("host: 127.0.0.1", other);
     CHECK(said_of(folder).empty());
   }
-  // Units have a connection each, as long as no link limits these.
+  // Units have separate connections, as long as no link limits these.
   folder.write("loops.d/b.yaml", on_link("FIC-102", "new", 2, 200));
   links("host: 127.0.0.1", "host: 127.0.0.1, response_timeout: 0.5");
   CHECK(said_of(folder).empty());
@@ -217,7 +217,7 @@ TEST_CASE("one register has many names", "[config][validation]") {
     INFO(host);
     CHECK(said_of(folder).find("register 100 is written by another loop as well") !=
           std::string::npos);
-    // Which of the two is right, nobody knows.
+    // It is unknown which of the two is right.
     CHECK_FALSE(validate(folder.path()).reading.runnable);
     CHECK(tags_of(validate(folder.path())) == Tags{"-FIC-101", "-FIC-102"});
   }
@@ -269,7 +269,7 @@ TEST_CASE("a serial line is one link, by whatever name", "[config][validation]")
   CHECK(said_of(folder).find("is the device of modbus_server.serial as well") != std::string::npos);
 }
 
-TEST_CASE("what only a start refused is refused", "[config][validation]") {
+TEST_CASE("errors that only a start refused are refused", "[config][validation]") {
   const ScratchFolder folder;
   folder.write("m.yaml", test::kModel);
   folder.write("loops.d/a.yaml", simulated("FIC-101"));
@@ -312,20 +312,20 @@ TEST_CASE("a loop that is out of service keeps its place", "[config][validation]
     folder.write("loops.d/b.yaml", bad);
     CHECK(tags() == Tags{"FIC-101", "-FIC-102", "FIC-103", "FIC-201"});
   }
-  // Cut to nothing by a power failure, or no text at all: its file's name is its tag.
+  // Emptied by a power failure, or without any text: its file's name is its tag.
   for (const std::string& bad : {std::string(), std::string(3, '\0')}) {
     folder.write("loops.d/b.yaml", bad);
     CHECK(tags() == Tags{"FIC-101", "-b", "FIC-103", "FIC-201"});
   }
   folder.write("loops.d/b.yaml", simulated("FIC-102"));
-  // Watched loops stay behind the others, even if nothing of their files can be read as YAML.
+  // Watched loops stay after the others, even if no part of their files can be read as YAML.
   folder.write("loops.d/aa.yaml", watched + "a: [1\n");
   CHECK(tags() == Tags{"FIC-101", "FIC-102", "FIC-103", "-FIC-201"});
-  // Two of one tag: neither is run.
+  // Two loops of one tag: neither is run.
   folder.write("loops.d/aa.yaml", watched);
   folder.write("loops.d/c.yaml", simulated("FIC-102"));
   CHECK(tags() == Tags{"FIC-101", "-FIC-102", "-c", "FIC-201"});
-  // A section of loopwardend.yaml that is no link's concerns all loops.
+  // An error in a section of loopwardend.yaml that belongs to no link concerns all loops.
   folder.write("loops.d/c.yaml", simulated("FIC-103"));
   folder.write("loopwardend.yaml", "feeders: {opcua: {user: root}}\nlog_levle: info\n");
   CHECK_FALSE(validate(folder.path()).reading.runnable);
@@ -350,13 +350,13 @@ TEST_CASE("a link with an error takes its own loops out of service", "[config][v
     CHECK(all.reading.outputs[0].why_not.empty());
     CHECK_FALSE(all.reading.outputs[1].why_not.empty());
   }
-  // What leads to the device is right.
+  // The path to the device is right.
   const Validated all = validated("{transport: tcp, host: 10.0.0.2, pause: 9}");
   CHECK(tags_of(all) == Tags{"FIC-101", "-FIC-102"});
   CHECK(all.reading.outputs[1].why_not.empty());
 }
 
-TEST_CASE("an output is known if what leads to it has no error", "[config][validation]") {
+TEST_CASE("an output is known if the path to it has no error", "[config][validation]") {
   const ScratchFolder folder;
   folder.write("loopwardend.yaml", "links:\n  skid: {transport: tcp, host: 127.0.0.1}\n");
   const auto known = [&](const std::string& from, const std::string& to) {

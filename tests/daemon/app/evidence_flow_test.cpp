@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What stands for `loopwarden` here is a script that counts how often it is asked, and fails where it is told to.
+// A script replaces `loopwarden` here. It counts its calls, and fails at the run that the test
+// names.
 #include "daemon/app/evidence_flow.hpp"
 
 #include <algorithm>
@@ -24,14 +25,16 @@ using alarm::AlarmKind;
 constexpr std::int64_t kRaised_ms = 1'800'000'000'000;
 
 struct Bench {
-  // `fails`: the run that ends with an error; 0: none does.
+  // `fails`: the number of the run that ends with an error; 0: no run fails.
   explicit Bench(double faster, int fails = 0) {
     std::ofstream(folder / "explain")
         << "#!/bin/sh\necho run >> '" << runs_file().string() << "'\n[ $(wc -l < '"
-        << runs_file().string() << "') = " << fails << R"( ] && exit 65
+        << runs_file().string() << "') = " << fails
+        << R"( ] && exit 65
 cat > "$3/explanation.json" <<'J'
 {"alarm": "model_gap", "final_name": null, "raised_ms": 1800000000000, "ended_ms": 1800000000100,
- "verdict": "missing_effect", "gap_closed": 0.9, "agrees": true, "from_s": null, "sentence": "", "first": null,
+ "verdict": "missing_effect", "gap_closed": 0.9, "agrees": true, "from_s": null, )"
+           R"("sentence": "", "first": null,
  "effects": []}
 J
 )";
@@ -83,7 +86,7 @@ J
     }
     return until();
   }
-  // All that was asked for has ended.
+  // Returns true once all requested runs have ended.
   static bool done(const EvidenceFlow& flow, std::uint64_t count) {
     return wait([&] {
       const ExplainerStatus s = flow.explainer().status();
@@ -119,7 +122,7 @@ TEST_CASE("an incident that lasts is explained after 10, 20 and 40 minutes, thou
   CHECK(flow.explainer().status().failed == (fails == 0 ? 0 : 1));
 }
 
-TEST_CASE("what has changed for longer is explained at the moments that are left", "[explain]") {
+TEST_CASE("a change that is already older is explained at the remaining moments", "[explain]") {
   Bench bench(10'000.0);
   bench.run(1300);
   EvidenceFlow flow = bench.make();

@@ -42,7 +42,7 @@ const std::string kAnalogLoop =
 const std::string kReplayLoop = kLoopHead + "io: {backend: replay, record: ../r.csv}\n";
 const std::string kSimLoop = kLoopHead + "io: {backend: simulated, model: ../m.yaml}\n";
 
-// Always from the same folder, so that the same paths mean the same.
+// Always reads from the same folder, so that equal paths have the same meaning.
 Configuration read(const std::string& daemon, const std::string& loop,
                    const std::string& model = test::kModel) {
   static const ScratchFolder folder;
@@ -70,24 +70,24 @@ Keys keys(const std::vector<Change>& changes) {
   return all;
 }
 
-// What becomes of the loop when one place of its file changes.
+// Returns the plan for the loop after one place of its file changes.
 LoopPlan after(const std::string& loop, const std::string& from, const std::string& to,
                Output output = kAtFive) {
   return plan(read(kDaemon, loop), read(kDaemon, with(loop, from, to)), output).loops.at(0);
 }
-// It is applied, and so is nothing else.
+// Returns true if only these keys are applied.
 bool applies(const LoopPlan& plan, const Keys& wanted) {
   CAPTURE(keys(plan.keys.applied), keys(plan.keys.waiting_for_restart));
   CHECK(keys(plan.keys.applied) == wanted);
   return plan.decision == Decision::apply && plan.keys.waiting_for_restart.empty() &&
          plan.waiting_for_output.empty();
 }
-// It waits by itself.
+// Returns true if these keys wait for a restart and no key is applied.
 bool waits(const LoopPlan& plan, const Keys& wanted) {
   CHECK(keys(plan.keys.waiting_for_restart) == wanted);
   return plan.decision == Decision::apply && plan.keys.applied.empty();
 }
-// Nothing of the loop is applied for it.
+// Returns true if these keys wait and the whole loop keeps its settings.
 bool keeps(const LoopPlan& plan, const Keys& wanted) {
   CHECK(keys(plan.keys.waiting_for_restart) == wanted);
   return plan.decision == Decision::keep && plan.keys.applied.empty() &&
@@ -125,8 +125,8 @@ TEST_CASE("Tuning, limits, checks and safe actions are applied", "[app][reload]"
   CHECK(applies(after(kSimLoop, "loop: FIC-101", "loop: FIC-101"), {}));
 }
 
-TEST_CASE("What a reload applies is all that the cycle takes", "[app][reload]") {
-  // Each field of the settings that differs is named, so that none is applied in silence.
+TEST_CASE("A reload applies exactly the keys that the cycle takes", "[app][reload]") {
+  // Each changed field of the settings is named, so that no change is applied without a report.
   const Configuration running = read(kDaemon, kSimLoop);
   const auto named = [&](auto change) {
     Configuration wanted = running;
@@ -168,7 +168,7 @@ TEST_CASE("What a reload applies is all that the cycle takes", "[app][reload]") 
   CHECK(named([](LoopConfig& l) { l.safety.late_cycle_periods = 7; }));
 }
 
-TEST_CASE("What changes no number's meaning waits by itself, and the rest is applied",
+TEST_CASE("A change that keeps the meaning of all numbers waits by itself, and the rest is applied",
           "[app][reload]") {
   CHECK(waits(after(modbus_loop(), "loop: FIC-101", "loop: FIC-101\ndescription: feed"),
               {"description"}));
@@ -194,7 +194,7 @@ TEST_CASE("What changes no number's meaning waits by itself, and the rest is app
   CHECK(has_line(both, "FIC-101: waits for a restart: monitor.overlap 0.5 -> 0.25"));
 }
 
-TEST_CASE("What changes the meaning of a number keeps the whole loop", "[app][reload]") {
+TEST_CASE("A change of the meaning of a number keeps the whole loop", "[app][reload]") {
   CHECK(keeps(after(modbus_loop(), "unit: L/min", "unit: m3/h"), {"process_variable.unit"}));
   CHECK(keeps(after(modbus_loop(), "unit: V", "unit: mA"), {"controller.output.unit"}));
   CHECK(keeps(after(modbus_loop(), "deadband: 0.2", "deadband: 0.3"),
@@ -209,7 +209,7 @@ TEST_CASE("What changes the meaning of a number keeps the whole loop", "[app][re
       keeps(plan(read(kDaemon, kSimLoop), read(kDaemon, kSimLoop, with(test::kModel, "1.7", "1.8")))
                 .loops.at(0),
             {"io.model"}));
-  // The same keys of another backend, derived from others: only what was written is named.
+  // Keys of the backend that are derived from others change too. Only the written keys are named.
   CHECK(keeps(after(modbus_loop(), "sample_time: 0.1", "sample_time: 0.2"),
               {"sample_time", "process_variable.max_age"}));
   CHECK(keeps(after(kAnalogLoop, "sample_time: 0.1", "sample_time: 0.2"),
@@ -235,7 +235,8 @@ TEST_CASE("A link with another value keeps the loops that use it", "[app][reload
   CHECK(applies(other.loops.at(0), {"controller.kp"}));
 }
 
-TEST_CASE("A loop whose file goes from V to % keeps everything, and says why", "[app][reload]") {
+TEST_CASE("A loop whose file changes from V to % keeps everything, and reports why",
+          "[app][reload]") {
   const std::string volts = modbus_loop();
   std::string percent = with(volts, "unit: V, range: [0, 10], limits: [1, 9]",
                              "unit: '%', range: [0, 100], limits: [10, 90]");
@@ -255,12 +256,12 @@ TEST_CASE("A loop whose file goes from V to % keeps everything, and says why", "
       "controller.output.unit V -> %, controller.output.range [0, 10] -> [0, 100], io; "
       "also waiting: start, controller.kp 0.35 -> 3.5, controller.output.limits [1, 9] -> "
       "[10, 90], safe_actions.stop 1 -> 10, safe_actions.enable_open 1 -> 10"));
-  // Back to the old files nothing waits.
+  // After a return to the old files no key waits.
   CHECK(plan(running, read(kDaemon, volts)).all_in_force());
 }
 
-TEST_CASE("What may act is judged by the backend that runs", "[app][reload]") {
-  // A record is played back; the file now says that a simulated plant is there, where `paper` may act.
+TEST_CASE("The permission to act is judged for the running backend", "[app][reload]") {
+  // A record is played back. The file now has a simulated plant, on which `paper` may act.
   const std::string simulated =
       with(kSimLoop, "  output: {unit",
            "  jacket: {form: paper, valve_position: read_back}\n  output: {unit");
@@ -295,14 +296,14 @@ TEST_CASE("Limits that exclude CO wait, and with them the loop's tuning", "[app]
   CHECK(keys(loop.keys.applied) == Keys{"controller.kp", "controller.output.limits"});
   CHECK(loop.decision == Decision::apply);
   CHECK(loop.waiting_for_output.empty());
-  CHECK_FALSE(all.all_in_force());  // the monitor's key waits still
+  CHECK_FALSE(all.all_in_force());  // the monitor's key still waits
 
   CHECK(plan(running, wanted, {.known = true, .value = 3.0}).loops.at(0).decision ==
         Decision::apply);
   const LoopPlan unknown = plan(running, wanted, {}).loops.at(0);
   CHECK(unknown.decision == Decision::wait_for_output);
   CHECK_THAT(unknown.waiting_for_output.at(0).why, Catch::Contains("known"));
-  // Wider limits exclude nothing.
+  // Wider limits exclude no output.
   CHECK(plan(wanted, running, {}).loops.at(0).decision == Decision::apply);
 }
 
@@ -351,7 +352,7 @@ TEST_CASE("Everything else of loopwardend.yaml is named by its key and waits", "
         Keys{"links.third"});
 }
 
-TEST_CASE("Loops that came and went are named", "[app][reload]") {
+TEST_CASE("Added and removed loops are named", "[app][reload]") {
   const Configuration one = read(kDaemon, modbus_loop());
   const Configuration other = read(kDaemon, with(modbus_loop(), "FIC-101", "FIC-102"));
   const Plan all = plan(one, other);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reloads of files that change under a loop whose cycles the test runs.
+// Tests reloads of changing files. The test itself runs the cycles of the loop.
 #include "daemon/app/reloader.hpp"
 
 #include <catch2/catch.hpp>
@@ -80,7 +80,7 @@ struct Bench {
           false);
     }
   }
-  // As main thread and loop until it is done.
+  // Acts as main thread and loop until the request is done.
   json done(std::uint64_t number) {
     json told;
     REQUIRE(test::eventually([&] {
@@ -111,7 +111,7 @@ struct Bench {
 
 }  // namespace
 
-TEST_CASE("a reload is told step by step, and its hash is that of the files", "[app][reload]") {
+TEST_CASE("a reload is reported step by step, and its hash is that of the files", "[app][reload]") {
   Bench bench;
   const std::uint32_t first = bench.reloader->config_hash();
   bench.write("loops.d/a.yaml", with(kLoop, "kp: 0.35", "kp: 0.5"));
@@ -129,7 +129,7 @@ TEST_CASE("a reload is told step by step, and its hash is that of the files", "[
   CHECK_FALSE(bench.reloader->state(99));
 }
 
-TEST_CASE("a dry run says the same and does nothing", "[app][reload]") {
+TEST_CASE("a dry run reports the same and changes no loop", "[app][reload]") {
   Bench bench;
   const std::uint32_t first = bench.reloader->config_hash();
   bench.write("loops.d/a.yaml", with(kLoop, "kp: 0.35", "kp: 0.5"));
@@ -143,7 +143,7 @@ TEST_CASE("a dry run says the same and does nothing", "[app][reload]") {
   CHECK(bench.kp() == 0.5);
 }
 
-TEST_CASE("while something waits, the hash tells what is in force", "[app][reload]") {
+TEST_CASE("while a key waits, the hash is that of the configuration in force", "[app][reload]") {
   Bench bench;
   const std::uint32_t first = bench.reloader->config_hash();
   const std::string described = with(kLoop, "loop: FIC-101", "loop: FIC-101\ndescription: feed");
@@ -155,13 +155,13 @@ TEST_CASE("while something waits, the hash tells what is in force", "[app][reloa
   CHECK(bench.reload().at("outcome") == "waits");
   CHECK(bench.reloader->config_hash() == mixed);
   CHECK(bench.waiting("waiting_for_restart") == 1);
-  // Errors change neither what waits nor what is in force.
+  // Errors change neither the waiting settings nor those in force.
   bench.write("loops.d/a.yaml", "loop: [\n");
   CHECK(bench.reload().at("outcome") == "refused");
   CHECK(bench.reloader->config_hash() == mixed);
   CHECK(bench.waiting("waiting_for_restart") == 1);
   CHECK(bench.reloader->status().refused != "");
-  // Back to the old files nothing waits.
+  // After a return to the old files no key waits.
   bench.write("loops.d/a.yaml", kLoop);
   CHECK(bench.reload().at("outcome") == "in_force");
   CHECK(bench.reloader->config_hash() == first);
@@ -179,7 +179,7 @@ TEST_CASE("no reload while a loop is being commissioned", "[app][reload]") {
   CHECK_THAT(refused.at("why").get<std::string>(),
              Catch::Contains("FIC-101 is being commissioned by uid 0"));
   CHECK(bench.kp() == 0.35);
-  // A dry run shows all the same whether the file is in force.
+  // A dry run also shows whether the file is in force.
   if (dry_run) {
     const json& loop = refused.at("plan").at("loops").at(0);
     CHECK(loop.at("applied").at(0).at("key") == "controller.kp");
@@ -190,7 +190,7 @@ TEST_CASE("no reload while a loop is being commissioned", "[app][reload]") {
   CHECK(bench.kp() == 0.5);
 }
 
-TEST_CASE("a reload that comes during a commissioning is carried out when it has ended",
+TEST_CASE("a reload that arrives during a commissioning is carried out after its end",
           "[app][reload]") {
   Bench bench;
   bench.loops[0].commissioning->take(std::nullopt, "uid 0", 0, Commissioning::Clock::now());
@@ -208,7 +208,7 @@ TEST_CASE("a reload that comes during a commissioning is carried out when it has
   steps(20);
   CHECK(bench.kp() == 0.35);
   const bool sound = GENERATE(true, false);
-  // The files of then count.
+  // The files at the end of the commissioning count.
   bench.write("loops.d/a.yaml", sound ? with(kLoop, "kp: 0.35", "kp: 0.7") : "loop: [\n");
   bench.loops[0].commissioning->give_back();
   REQUIRE(test::eventually([&] {
@@ -223,12 +223,12 @@ TEST_CASE("a reload that comes during a commissioning is carried out when it has
     CHECK(bench.kp() == 0.35);
     CHECK_THAT(bench.reloader->status().refused, !Catch::Contains("commissioned"));
   }
-  // Once.
+  // Carried out once.
   steps(50);
   CHECK(bench.reloading == 2);
 }
 
-TEST_CASE("settings that wait for the output do not come into force during a commissioning",
+TEST_CASE("settings that wait for the output are not applied during a commissioning",
           "[app][reload]") {
   Bench bench;
   bench.write("loops.d/a.yaml",
@@ -245,7 +245,7 @@ TEST_CASE("settings that wait for the output do not come into force during a com
   const auto waiting = [&] { return json(bench.reloader->status()).at("waiting_for_output"); };
   REQUIRE(waiting().size() == 2);
   CHECK(waiting()[0].at("why") == "until its commissioning by uid 0 has ended");
-  move_output(8.0);  // back where it stood
+  move_output(8.0);  // back at its old value
   bench.loops[0].commissioning->give_back();
   bench.run(5);
   bench.reloader->step();
@@ -257,14 +257,14 @@ TEST_CASE("settings that wait for the output do not come into force during a com
   CHECK(bench.reloader->status().files_in_force);
 }
 
-TEST_CASE("an offer that the loop took as it was withdrawn does not stay in force unseen",
+TEST_CASE("an offer that the loop took during its withdrawal does not stay in force unseen",
           "[app][reload]") {
   Bench bench;
   const rt::LoopSettings before = bench.loops[0].settings->get();
   bench.write("loops.d/a.yaml",
               with(with(kLoop, "limits: [1, 9]", "limits: [1, 4]"), "kp: 0.35", "kp: 0.5"));
   CHECK(bench.reload().at("outcome") == "waits");
-  // Back to the old files: nothing is to be applied, and the offer is withdrawn.
+  // Back to the old files: no change is left to apply, and the offer is withdrawn.
   bench.write("loops.d/a.yaml", kLoop);
   const std::uint64_t number = bench.reloader->post("uid 1000", false, false);
   REQUIRE(test::eventually([&] {
@@ -272,7 +272,7 @@ TEST_CASE("an offer that the loop took as it was withdrawn does not stay in forc
     const json state = *bench.reloader->state(number);
     return state.at("state") == "taking" || state.at("state") == "done";
   }));
-  // The cycle had taken it between the comparison and the withdrawal.
+  // The cycle took it between the comparison and the withdrawal.
   rt::LoopChannels& channels = *bench.loops[0].channels;
   rt::LoopSettings taken = before;
   taken.controller.pid.gains.kp = 0.5;
@@ -289,7 +289,7 @@ TEST_CASE("an offer that the loop took as it was withdrawn does not stay in forc
 }
 
 TEST_CASE(
-    "a reload takes no gains back that a person has set and no file has, unless it is told to",
+    "a reload keeps gains that a person has set and no file has, unless the request overrides them",
     "[app][reload]") {
   Bench bench;
   const auto tune = [&](double kp, bool person) {
@@ -303,7 +303,7 @@ TEST_CASE(
   REQUIRE(not_in_file());
   CHECK(not_in_file()->file.kp == 0.35);
 
-  SECTION("refused, with who set them, and nothing else is taken either") {
+  SECTION("refused, with who set them, and the other changes are not applied either") {
     bench.write("loops.d/a.yaml", with(kLoop, "ki: 0.04", "ki: 0.05"));
     bench.write("loopwardend.yaml", "log_level: debug\n");
     const json dry = bench.done(bench.reloader->post("uid 1000", true, false));
@@ -331,17 +331,17 @@ TEST_CASE(
     CHECK(bench.reload().at("outcome") == "in_force");
     CHECK(bench.kp() == 0.5);
     CHECK_FALSE(not_in_file());
-    // The next file with others is a change as any.
+    // The next file with other gains is a normal change.
     bench.write("loops.d/a.yaml", kLoop);
     CHECK(bench.reload().at("outcome") == "in_force");
     CHECK(bench.kp() == 0.35);
   }
-  SECTION("a master's give way, as they always did") {
+  SECTION("a master's gains are replaced, as before") {
     tune(0.6, false);
     CHECK(bench.reload().at("outcome") == "in_force");
     CHECK(bench.kp() == 0.35);
   }
-  SECTION("gains that came while the file's were on their way are not in the file") {
+  SECTION("gains that arrived while the file's were on their way are not in the file") {
     bench.write("loops.d/a.yaml", with(kLoop, "limits: [1, 9]", "limits: [1, 4]"));
     CHECK(bench.reload(true).at("outcome") == "waits");
     tune(0.7, true);
@@ -354,7 +354,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("limits that wait come into force with CO, unless a later reload says otherwise",
+TEST_CASE("limits that wait are in force with CO, unless a later reload changes them",
           "[app][reload]") {
   Bench bench;
   const std::string narrow =
@@ -368,7 +368,7 @@ TEST_CASE("limits that wait come into force with CO, unless a later reload says 
     bench.run(2);
     bench.reloader->step();
   };
-  SECTION("CO comes inside") {
+  SECTION("CO moves inside") {
     move_output(3.0);
     CHECK(bench.kp() == 0.5);
     CHECK(bench.waiting("waiting_for_output") == 0);
@@ -390,7 +390,7 @@ TEST_CASE("limits that wait come into force with CO, unless a later reload says 
   }
 }
 
-TEST_CASE("a master's gains are shown as what a reload takes back", "[app][reload]") {
+TEST_CASE("a master's gains are shown as those that a reload replaces", "[app][reload]") {
   Bench bench;
   REQUIRE(bench.loops[0].channels->master_orders.orders.try_push({.number = 1, .kp = 3.0}));
   bench.run(1);
@@ -401,7 +401,7 @@ TEST_CASE("a master's gains are shown as what a reload takes back", "[app][reloa
   CHECK(bench.kp() == 0.35);
 }
 
-TEST_CASE("eight reloads wait at most, and signals are one", "[app][reload]") {
+TEST_CASE("at most eight reloads wait, and signals count as one", "[app][reload]") {
   Bench bench;
   for (int i = 0; i < 7; ++i) bench.reloader->post("uid 1000", true, false);
   for (int i = 0; i < 5; ++i) bench.reloader->by_signal();

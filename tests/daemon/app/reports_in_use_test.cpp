@@ -32,7 +32,7 @@ struct Bench {
 
 }  // namespace
 
-TEST_CASE("a report that a running loop works with is needed, by whatever name", "[app]") {
+TEST_CASE("a report that a running loop uses is needed, under any name", "[app]") {
   Bench bench;
   CHECK_FALSE(bench.needed("one"));
   bench.running[0].config.monitor.twin =
@@ -52,7 +52,7 @@ TEST_CASE("a report that a file names is needed by the next start", "[app]") {
   bench.files.write("loops.d/a.yaml", kLoop + "monitor: {twin: ../state/reports/one/twin.yaml}\n");
   CHECK(bench.needed("one"));
   CHECK_FALSE(bench.needed("one-more"));
-  // What they name can't be told.
+  // The names in an unreadable file are unknown.
   bench.files.write("loops.d/a.yaml", "loop: [\n");
   CHECK(bench.needed("one-more"));
 }

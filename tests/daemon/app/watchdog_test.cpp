@@ -23,7 +23,7 @@ namespace {
 
 constexpr std::int64_t kSecond = 1'000'000'000;
 
-TEST_CASE("a thread that stands still for longer than its patience is named, and only then") {
+TEST_CASE("a thread that doesn't progress for longer than its patience is named, and only then") {
   std::uint64_t moving = 0;
   ThreadWatch watch;
   watch.add({"mover", [&] { return ++moving; }, kSecond}, 0);
@@ -44,7 +44,7 @@ TEST_CASE("a thread that moves again is healthy again") {
   CHECK(watch.stuck(5 * kSecond).size() == 1);
 }
 
-// Stands in for the service manager: a datagram socket that collects what is notified.
+// A substitute for the service manager: a datagram socket that collects the notifications.
 class NotifySocket {
  public:
   NotifySocket() : path_((folder_ / "notify").string()) {
@@ -63,7 +63,7 @@ class NotifySocket {
     unsetenv("WATCHDOG_PID");
     close(fd_);
   }
-  // Everything received since the last call.
+  // Returns all messages since the last call.
   std::string take() const {
     std::string all;
     std::array<char, 1024> buffer{};
@@ -81,7 +81,7 @@ class NotifySocket {
   int fd_ = -1;
 };
 
-TEST_CASE("the service manager is told ready, state, and stopping; the same state only once") {
+TEST_CASE("the service manager receives ready, state, and stopping; the same state only once") {
   const NotifySocket socket;
   ServiceManager manager;
   manager.ready();
@@ -122,8 +122,8 @@ TEST_CASE("the watchdog is fed without a descriptor left") {
   CHECK(socket.take() == "WATCHDOG=1\n");
 }
 
-TEST_CASE("the service manager may come back, and may have no file for its socket") {
-  ServiceManager nobody;  // not run by any
+TEST_CASE("the service manager may return, and may have no file for its socket") {
+  ServiceManager nobody;  // without a service manager
   nobody.ready();
   auto socket = std::make_unique<NotifySocket>();
   ServiceManager manager;
@@ -147,7 +147,7 @@ TEST_CASE("the service manager may come back, and may have no file for its socke
   unsetenv("NOTIFY_SOCKET");
 }
 
-// What a service manager hands over begins with this descriptor.
+// The sockets that a service manager passes on begin with this descriptor.
 class HandedOver {
  public:
   explicit HandedOver(int type) : kept_(fcntl(kFirst, F_DUPFD_CLOEXEC, 100)) {
@@ -177,7 +177,7 @@ class HandedOver {
   int kept_;
 };
 
-TEST_CASE("a listening socket that the service manager hands over is taken, and nothing else") {
+TEST_CASE("a listening socket from the service manager is taken, other descriptors are not") {
   CHECK(modbus_listener() == -1);
   SECTION("one that listens") {
     const HandedOver handed(SOCK_STREAM);

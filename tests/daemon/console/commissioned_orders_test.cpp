@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Orders to a loop that somebody commissions, and what the daemon does where he is gone.
+// Commands to a loop in commissioning, and the daemon's action when the session's holder is gone.
 #include "daemon/console/operator_orders.hpp"
 
 #include <catch2/catch.hpp>
@@ -21,7 +21,7 @@ namespace {
 
 using console_bench::json;
 
-// The operators' side alone, so that a test has the time in its hands.
+// Only the operators' side, so that a test controls the time.
 struct Bench : console_bench::Console {
   using Console::Console;
 
@@ -57,7 +57,7 @@ Commissioning::Clock::time_point later(int seconds) {
 
 }  // namespace
 
-TEST_CASE("a loop that is commissioned obeys who has the session, and nobody else") {
+TEST_CASE("a loop in commissioning obeys only the holder of the session") {
   Bench bench;
   bench.run(2);
   const json taken = bench.commission();
@@ -74,19 +74,19 @@ TEST_CASE("a loop that is commissioned obeys who has the session, and nobody els
   CHECK(bench.order(set).at("ok") == true);
   CHECK(bench.orders().size() == 1);
 
-  // Masters may write nothing meanwhile.
+  // Masters have no write access meanwhile.
   console::PlantReadings readings(bench.all);
   CHECK(readings.read_only(0));
   CHECK(bench.commission({{"end", true}}).at("ok") == false);
   CHECK(bench.commission({{"end", true}, {"session", taken.at("session")}}).at("ok") == true);
   CHECK_FALSE(readings.read_only(0));
-  // Who had it has it no more, and everybody may order.
+  // The former holder has lost the session, and everybody may send commands.
   CHECK(bench.order(set).at("ok") == false);
   set.erase("session");
   CHECK(bench.order(set).at("ok") == true);
 }
 
-TEST_CASE("anybody takes a loop that is commissioned back by manual, and nothing begins on it") {
+TEST_CASE("manual from anyone ends a commissioning, and the loop accepts no new test") {
   Bench bench;
   bench.run(2);
   const json taken = bench.commission();
@@ -95,7 +95,8 @@ TEST_CASE("anybody takes a loop that is commissioned back by manual, and nothing
         std::string::npos);
   CHECK(bench.order({{"request", "set"}, {"mode", "auto"}}).at("ok") == false);
   REQUIRE(bench.order({{"request", "set"}, {"mode", "man"}}).at("ok") == true);
-  // Who had it orders nothing any more; the loop is given back once its cycle has taken manual.
+  // The former holder can't command the loop any more. The session ends once the loop's cycle has
+  // taken manual.
   CHECK(bench.order({{"request", "set"}, {"output", 42.0}, {"session", taken.at("session")}})
             .at("error") == "the commissioning ends: somebody takes the loop back");
   CHECK(bench.loops[0].channels->commissioned);
@@ -106,7 +107,7 @@ TEST_CASE("anybody takes a loop that is commissioned back by manual, and nothing
   CHECK(bench.commission({{"session", taken.at("session")}}).at("ok") == false);
 }
 
-TEST_CASE("a person's manual ends a commissioning although the loop is in manual already") {
+TEST_CASE("a person's manual ends a commissioning even if the loop is in manual already") {
   Bench bench;
   bench.run(2);
   const json taken = bench.commission();
@@ -133,7 +134,7 @@ TEST_CASE("a person's manual ends a commissioning although the loop is in manual
   }
 }
 
-TEST_CASE("a refused order leaves a commissioning as it was") {
+TEST_CASE("a refused command leaves a commissioning unchanged") {
   Bench bench;
   bench.run(2);
   const json taken = bench.commission();
@@ -152,7 +153,7 @@ TEST_CASE("a refused order leaves a commissioning as it was") {
   CHECK(bench.commission({{"session", taken.at("session")}}).at("ok") == true);
 }
 
-TEST_CASE("an order that asks for what is in force is done, without a line") {
+TEST_CASE("a command for the state in force is done, without a journal line") {
   Bench bench;
   bench.run(2);
   const auto lines = [&] {
@@ -185,7 +186,7 @@ TEST_CASE("an order that asks for what is in force is done, without a line") {
   CHECK(lines() == before);
 }
 
-TEST_CASE("commands are not withheld while an order for automatic is on its way") {
+TEST_CASE("commands are not withheld while a command for automatic is on its way") {
   Bench bench;
   bench.run(2);
   std::get<hal::modbus::LoopModbusSettings>(bench.loops[0].config.io).comm_loss = {
@@ -202,7 +203,7 @@ TEST_CASE("commands are not withheld while an order for automatic is on its way"
   CHECK(rt::unpacked(bench.loops[0].channels->standing).mode == control::Mode::automatic);
 }
 
-TEST_CASE("without a sign of life for a minute the output goes to the stop action") {
+TEST_CASE("without a sign of life for a minute the output moves to the stop action") {
   Bench bench;
   bench.run(2);
   const bool value = GENERATE(true, false);
@@ -213,7 +214,8 @@ TEST_CASE("without a sign of life for a minute the output goes to the stop actio
   CHECK(bench.orders().empty());
   CHECK(bench.loops[0].channels->commissioned);
   bench.operators.collect(later(62));
-  // Who had it has it no more; the loop is given back once its cycle has taken the stop action.
+  // The former holder has lost the session. It ends once the loop's cycle has taken the stop
+  // action.
   CHECK(bench.commission({{"session", taken.at("session")}}).at("ok") == false);
   bench.operators.collect(later(62));
   CHECK(bench.loops[0].channels->commissioned);
@@ -243,7 +245,7 @@ TEST_CASE("a record ends with the commissioning in which it began, and after its
     bench.operators.collect(later(62));
     CHECK(ended());
   }
-  SECTION("given back, or taken back") {
+  SECTION("released, or taken back") {
     const json taken = bench.commission();
     REQUIRE(bench.order(start).at("ok") == true);
     if (GENERATE(true, false)) {
@@ -252,12 +254,12 @@ TEST_CASE("a record ends with the commissioning in which it began, and after its
       bench.order({{"request", "set"}, {"mode", "man"}});
       bench.run(1);
     }
-    // Another commissioning is not the one in which it began.
+    // The record ends although another commissioning has begun.
     bench.commission();
     bench.operators.collect();
     CHECK(ended());
   }
-  SECTION("after its time, also of a loop that nobody commissions") {
+  SECTION("after its time, also in a loop without commissioning") {
     json limited = start;
     limited["at_most_s"] = 30.0;
     REQUIRE(bench.order(limited).at("ok") == true);
@@ -266,7 +268,7 @@ TEST_CASE("a record ends with the commissioning in which it began, and after its
     bench.operators.collect(later(31));
     CHECK(ended());
   }
-  SECTION("one that a person began before, or stopped, is left to him") {
+  SECTION("a record that a person began before, or stopped, is left to this person") {
     REQUIRE(bench.order(start).at("ok") == true);
     bench.commission();
     bench.operators.collect(later(3600));
@@ -277,7 +279,7 @@ TEST_CASE("a record ends with the commissioning in which it began, and after its
   }
 }
 
-TEST_CASE("a stop action that is refused is tried again, and the loop is not given back before") {
+TEST_CASE("a refused stop action is tried again, and the loop is not released before") {
   Bench bench;
   bench.run(2);
   bench.stop_action(control::OutputAction::go_to(20.0));
@@ -302,7 +304,7 @@ TEST_CASE("a stop action that is refused is tried again, and the loop is not giv
   CHECK(bench.io().written == Approx(20.0));
 }
 
-TEST_CASE("a master's manual ends a commissioning as a person's does") {
+TEST_CASE("a master's manual ends a commissioning like a person's") {
   Bench bench;
   bench.run(2);
   const json taken = bench.commission();
@@ -321,7 +323,7 @@ TEST_CASE("a master's manual ends a commissioning as a person's does") {
   CHECK(bench.commissioning().is_null());
 }
 
-TEST_CASE("who commissions a loop, and since when, stands in its status") {
+TEST_CASE("the status has the holder of a commissioning, and its start") {
   Bench bench;
   bench.run(2);
   CHECK(bench.commissioning().is_null());
@@ -335,7 +337,7 @@ TEST_CASE("who commissions a loop, and since when, stands in its status") {
   CHECK(column() == 1);
 }
 
-TEST_CASE("commands are withheld for their time alone, in manual, where a device watches") {
+TEST_CASE("commands are withheld only for their time, in manual, if a device watches") {
   Bench bench;
   bench.run(2);
   const json session = bench.commission().at("session");
@@ -358,7 +360,7 @@ TEST_CASE("commands are withheld for their time alone, in manual, where a device
   CHECK(bench.loops[0].channels->withheld_until_ns == 0);
 }
 
-TEST_CASE("while commands are withheld none goes out, but the last at a stop does") {
+TEST_CASE("while commands are withheld the device gets no command, except the last at a stop") {
   Bench bench;
   auto& io = dynamic_cast<tests::FakeLoopIo&>(*bench.loops[0].io);
   bench.order({{"request", "set"}, {"mode", "man"}});

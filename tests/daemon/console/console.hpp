@@ -26,10 +26,11 @@ namespace loopwarden::daemon::console_bench {
 
 using nlohmann::json;
 
-// Of what is recorded, where something is: UTC.
+// The oldest sample of the record, if there is one; UTC.
 inline constexpr std::int64_t kOldest_ms = 1'799'000'000'000;
 
-// A loop, its historian and its control server, without a real-time thread. `recorded`: with what an earlier run has left.
+// A loop, its historian and its control server, without a real-time thread. With `recorded`, an
+// earlier run has left a record.
 struct Console {
   explicit Console(const console::Rights& rights = {},
                    control::OutputAction start = control::OutputAction::go_to(40.0),
@@ -92,7 +93,7 @@ struct Console {
     while (loops.front().channels->operator_orders.orders.try_pop(order)) taken.push_back(order);
     return taken;
   }
-  // The loop's next cycles.
+  // Runs the loop's next cycles.
   void run(int cycles) {
     for (int i = 0; i < cycles; ++i) {
       ++cycles_run;
@@ -101,7 +102,7 @@ struct Console {
                  0, false);
     }
   }
-  // What became of the order that was answered so.
+  // Returns the outcome of the command that got this answer.
   json outcome(const json& answer) {
     return ask(
         json{{"request", "order"}, {"loop", "FIC-101"}, {"order", answer.at("order")}}.dump());

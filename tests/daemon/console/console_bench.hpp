@@ -14,7 +14,7 @@ namespace loopwarden::daemon::console_bench {
 struct Bench : Console {
   using Console::Console;
 
-  // The journal's lines, oldest first, when there are as many.
+  // Waits for `count` journal lines; returns them oldest first.
   std::vector<json> lines(std::size_t count) {
     std::vector<json> found;
     CHECK(test::eventually([&] {

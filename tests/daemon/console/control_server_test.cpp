@@ -29,7 +29,7 @@ using nlohmann::json;
 using console_bench::Bench;
 using console_bench::stiction_on;
 
-TEST_CASE("what is no request is refused with a reason, and nothing is ordered") {
+TEST_CASE("a line that is no request is refused with a reason, and the loop gets no command") {
   Bench bench;
   const std::string line = GENERATE(
       as<std::string>(), "", "not json", "[]", "{}", R"({"request": 5})", R"({"request": "dance"})",
@@ -49,9 +49,12 @@ TEST_CASE("what is no request is refused with a reason, and nothing is ordered")
       R"({"request": "alarm", "loop": "FIC-101", "alarm": "stiction", "action": "forget"})",
       R"({"request": "alarm", "loop": "FIC-101", "alarm": "stiction", "action": "acknowledge"})",
       R"({"request": "alarm", "loop": "FIC-101", "alarm": "stiction", "action": "shelve"})",
-      R"({"request": "alarm", "loop": "FIC-101", "alarm": "stiction", "action": "shelve", "minutes": 0})",
-      R"({"request": "alarm", "loop": "FIC-101", "alarm": "stiction", "action": "shelve", "minutes": 481})",
-      R"({"request": "alarm", "loop": "FIC-101", "alarm": "stiction", "action": "shelve", "minutes": 1e30})",
+      R"({"request": "alarm", "loop": "FIC-101", "alarm": "stiction", )"
+      R"("action": "shelve", "minutes": 0})",
+      R"({"request": "alarm", "loop": "FIC-101", "alarm": "stiction", )"
+      R"("action": "shelve", "minutes": 481})",
+      R"({"request": "alarm", "loop": "FIC-101", "alarm": "stiction", )"
+      R"("action": "shelve", "minutes": 1e30})",
       R"({"request": "explain", "loop": "FIC-101"})", R"({"request": "journal", "most": "all"})");
   INFO(line);
   const json answer = bench.ask(line);
@@ -60,7 +63,7 @@ TEST_CASE("what is no request is refused with a reason, and nothing is ordered")
   CHECK(bench.orders().empty());
 }
 
-TEST_CASE("the status has the condition indices, null where one is not known") {
+TEST_CASE("the status has the condition indices, null for an unknown index") {
   Bench bench;
   const auto condition = [&] {
     return bench.ask(R"({"request": "status"})").at("loops")[0].at("monitor").at("condition");
@@ -91,7 +94,7 @@ TEST_CASE("a stick that no window measured is null in the status, and a measured
   CHECK(stick() == 4.5);
 }
 
-TEST_CASE("an order reaches the loop's mailbox as it was given") {
+TEST_CASE("a command reaches the loop's mailbox unchanged") {
   Bench bench;
   CHECK(bench.ask(R"({"request": "set", "loop": "FIC-101", "set_point": 42.5, "mode": "auto"})")
             .at("ok") == true);
@@ -102,7 +105,7 @@ TEST_CASE("an order reaches the loop's mailbox as it was given") {
   CHECK_FALSE(orders[0].output);
 }
 
-TEST_CASE("gains act from the next cycle on, and are said to be in no file until they are") {
+TEST_CASE("gains act from the next cycle on, and are reported as unsaved until a file has them") {
   Bench bench({.page = {.tuning = true}, .edge = {}});
   bench.run(2);
   record::RecordRow row;
@@ -129,7 +132,7 @@ TEST_CASE("gains act from the next cycle on, and are said to be in no file until
   CHECK(now.at("by") == "ella@10.0.0.5 by page (uid 1000)");
   CHECK(now.at("since_ms") == bench.now_ms);
 
-  // What was seen is no longer so.
+  // The values that the user saw are out of date.
   const json late = bench.ask(tune.dump(), console::SocketName::page);
   bench.run(1);
   const json refused = bench.outcome(late);
@@ -138,7 +141,7 @@ TEST_CASE("gains act from the next cycle on, and are said to be in no file until
   CHECK_THAT(refused.at("why").get<std::string>(),
              Catch::Contains("kp 3 ki 0.25 kd 0 by now") && Catch::Contains("kp 2 ki 0.5 kd 0"));
 
-  // Back to what the file has.
+  // Back to the gains of the file.
   tune["expect"] = now.at("in_force");
   tune["kp"] = 2.0;
   tune["ki"] = 0.5;
@@ -158,7 +161,7 @@ TEST_CASE("gains act from the next cycle on, and are said to be in no file until
   CHECK(lines[2].at("reason") == "");
 }
 
-TEST_CASE("gains that no file could have, or that may not be ordered, are refused") {
+TEST_CASE("gains that no file could have, or that are not allowed, are refused") {
   Bench bench({.page = {.control = true}, .edge = {}});
   bench.run(2);
   json tune{{"request", "tune"}, {"loop", "FIC-101"}, {"kp", 3.0}, {"ki", 0.25}, {"kd", 0.0}};
@@ -168,7 +171,7 @@ TEST_CASE("gains that no file could have, or that may not be ordered, are refuse
     tune["kd"] = -0.1;
     why = "a gain must be a number of at least 0";
   }
-  SECTION("nothing moves the output") {
+  SECTION("no gain moves the output") {
     tune["kp"] = tune["ki"] = 0.0;
     why = "kp and ki are both 0";
   }
@@ -180,11 +183,11 @@ TEST_CASE("gains that no file could have, or that may not be ordered, are refuse
     tune["expect"] = {{"kp", 2.0}};
     why = "expect is an object of kp, ki and kd";
   }
-  SECTION("the page's right is another") {
+  SECTION("the page has another right") {
     socket = console::SocketName::page;
     why = "needs page: {tuning: true}";
   }
-  SECTION("the edge never may") {
+  SECTION("the edge never has the right") {
     bench.server->set_rights({.page = {}, .edge = {.tuning = true}});
     socket = console::SocketName::edge;
     why = "on control.sock, and on page.sock where allowed";
@@ -199,7 +202,7 @@ TEST_CASE("gains that no file could have, or that may not be ordered, are refuse
   CHECK(bench.orders().empty());
 }
 
-TEST_CASE("manual and an output in one request: both, in one cycle, and both are in the journal") {
+TEST_CASE("manual and an output in one command: both, in one cycle, and both are in the journal") {
   Bench bench;
   bench.run(2);
   record::RecordRow row;
@@ -226,7 +229,7 @@ TEST_CASE("manual and an output in one request: both, in one cycle, and both are
 }
 
 TEST_CASE(
-    "an order that can't act is refused with the reason, and stands in the journal as refused") {
+    "a command that can't act is refused with the reason, and the journal has it as refused") {
   Bench bench;
   bench.run(2);
   const auto refused = [&](const char* request, const char* reason) {
@@ -255,7 +258,7 @@ TEST_CASE(
   CHECK(lines[6].at("what") == "record started");
 }
 
-TEST_CASE("the next order is judged by the mode that the one before asked for, taken or not") {
+TEST_CASE("the next command is judged by the mode of the previous one, taken or not") {
   Bench bench;
   bench.run(2);
   CHECK(bench.ask(R"({"request": "set", "loop": "FIC-101", "mode": "man"})").at("ok") == true);
@@ -266,15 +269,14 @@ TEST_CASE("the next order is judged by the mode that the one before asked for, t
   CHECK(bench.ask(R"({"request": "set", "loop": "FIC-101", "output": 46})").at("ok") == true);
 }
 
-TEST_CASE(
-    "an order that was let in and can't act when the loop takes it is not lost without a word") {
+TEST_CASE("a command that was accepted but can't act when the loop takes it is reported") {
   Bench bench;
   bench.run(2);
   CHECK(bench.ask(R"({"request": "set", "loop": "FIC-101", "mode": "man"})").at("ok") == true);
   bench.run(1);
   const json sent = bench.ask(R"({"request": "set", "loop": "FIC-101", "output": 45})");
   CHECK(sent.at("ok") == true);
-  // A master is faster.
+  // A master's command is faster.
   bench.loops.front().channels->master_orders.orders.try_push({.mode = control::Mode::automatic});
   bench.run(1);
   const json outcome = bench.outcome(sent);
@@ -284,7 +286,7 @@ TEST_CASE(
   CHECK(bench.ask(R"({"request": "status"})").at("loops")[0].at("orders_refused") == 1);
 }
 
-TEST_CASE("an order that no cycle takes is in the journal when the daemon ends") {
+TEST_CASE("a command that no cycle takes is in the journal when the daemon ends") {
   Bench bench;
   bench.run(2);
   CHECK(bench.ask(R"({"request": "set", "loop": "FIC-101", "set_point": 45})").at("ok") == true);
@@ -310,7 +312,7 @@ TEST_CASE("a record that is started and stopped is in the journal with its file"
   CHECK(lines[1].at("what") == "record stopped");
 }
 
-TEST_CASE("what jacket and compensator do stands in two places of the status, with a unit each") {
+TEST_CASE("the status has jacket and compensator in two places, with a unit each") {
   Bench bench;
   bench.loops.front().channels->records.try_push({.period_index = 1,
                                                   .jacket_rate = 0.5F,
@@ -335,7 +337,8 @@ TEST_CASE("on hardware the paper form of the jacket can't be switched on") {
 }
 
 TEST_CASE(
-    "the trend holds what the loop recorded, missing values as null, from the wished period on") {
+    "the trend has the recorded rows of the loop, missing values as null, from the requested "
+    "period on") {
   Bench bench;
   for (std::uint64_t k = 10; k < 20; ++k)
     bench.record(k, k == 15 ? std::nan("") : static_cast<double>(k));
@@ -351,7 +354,7 @@ TEST_CASE(
   CHECK(status.at("loops")[0].at("recording").at("rows") == 10);
 }
 
-TEST_CASE("the status says when PV stands at the end of what its transmitter can measure") {
+TEST_CASE("the status shows a PV at the end of its transmitter's range") {
   Bench bench;
   const auto limit = [&](std::uint64_t period, hal::Limit at) {
     bench.loops.front().channels->records.try_push(
@@ -380,7 +383,7 @@ TEST_CASE("a CSV record is written on demand, and gaps in it are empty rows") {
   record::RecordRow row;
   REQUIRE(
       test::eventually([&] { return bench.historian.latest(0, row) && row.period_index == 105; }));
-  // Seen before the recorder has them, which it has when the next round begins.
+  // The rows are visible before the recorder has them. It has them when the next round begins.
   const std::uint64_t round = bench.historian.ticks();
   REQUIRE(test::eventually([&] { return bench.historian.ticks() > round; }));
   CHECK(bench.ask(R"({"request": "record", "loop": "FIC-101", "stop": true})").at("file") == file);
@@ -410,7 +413,8 @@ TEST_CASE("all alarms are acknowledged by one request, with one line for each an
   CHECK(lines == 1);
 }
 
-TEST_CASE("who acts on an alarm waits for the disk, and the thread of the sockets does not") {
+TEST_CASE(
+    "a person who acts on an alarm waits for the disk, but the thread of the sockets does not") {
   Bench bench;
   bench.board.window_judged(0, {}, {}, stiction_on());
   for (const char* request :
@@ -421,7 +425,7 @@ TEST_CASE("who acts on an alarm waits for the disk, and the thread of the socket
   }
 }
 
-TEST_CASE("what corrective action offers is begun at the stiction alarm, and nowhere else") {
+TEST_CASE("an offered corrective action begins at the stiction alarm, and only there") {
   Bench bench;
   const auto calm = [&](const char* alarm) {
     return bench.ask(json{
@@ -450,7 +454,7 @@ TEST_CASE("an alarm is listed, acknowledged, shelved and explained, and the jour
   CHECK(stiction().at("state") == "unacknowledged");
   CHECK(stiction().at("severity_percent") == 6.5);
   CHECK(bench.ask(R"({"request": "alarms"})").at("alarms").size() == 16);
-  // What is wrong is not known: nor is how much.
+  // For `unknown`, neither the cause nor its size is known.
   const json answer = bench.ask(R"({"request": "alarms"})");
   for (const json& alarm : answer.at("alarms")) {
     const json& name = alarm.at("alarm");
@@ -466,8 +470,8 @@ TEST_CASE("an alarm is listed, acknowledged, shelved and explained, and the jour
   CHECK(done.at("on_disk") == true);
   CHECK(stiction().at("state") == "acknowledged");
 
-  done = bench.ask(
-      R"({"request": "alarm", "loop": "FIC-101", "alarm": "stiction", "action": "shelve", "minutes": 30, "reason": "packing ordered"})");
+  done = bench.ask(R"({"request": "alarm", "loop": "FIC-101", "alarm": "stiction", )"
+                   R"("action": "shelve", "minutes": 30, "reason": "packing ordered"})");
   CHECK(done.at("alarm").at("state") == "shelved");
   CHECK(done.at("alarm").at("shelved_until_ms") == bench.now_ms + 30 * 60'000);
 
@@ -485,7 +489,7 @@ TEST_CASE("an alarm is listed, acknowledged, shelved and explained, and the jour
   CHECK(reason);
 }
 
-TEST_CASE("how the alarms are meant is told of all loops or of one") {
+TEST_CASE("the settings of the alarms are shown for all loops or for one") {
   Bench bench;
   const auto loops_of = [&](const json& request) {
     std::set<std::string> loops;
@@ -504,7 +508,7 @@ TEST_CASE("how the alarms are meant is told of all loops or of one") {
   CHECK(bench.ask(one.dump()).at("ok") == false);
 }
 
-TEST_CASE("an alarm of the box is listed, explained, acknowledged and journalled as others") {
+TEST_CASE("a host alarm is listed, explained, acknowledged and journalled like others") {
   using alarm::BoxAlarm;
   Bench bench;
   daemon::host::BoxReport full;
@@ -532,7 +536,7 @@ TEST_CASE("an alarm of the box is listed, explained, acknowledged and journalled
   }));
 }
 
-TEST_CASE("an alarm of the box is acknowledged with all, counts as a change, and may be stale") {
+TEST_CASE("a host alarm is acknowledged with all, counts as a change, and may be stale") {
   using alarm::BoxAlarm;
   Bench bench;
   const auto changes = [&] {
@@ -560,7 +564,8 @@ TEST_CASE("an alarm of the box is acknowledged with all, counts as a change, and
 }
 
 TEST_CASE(
-    "what an alarm of the box does under its shelf is remembered; its orders are as a loop's") {
+    "the changes of a host alarm below its shelf are remembered; its commands are those of a "
+    "loop") {
   using alarm::AlarmAction;
   using alarm::BoxAlarm;
   Bench bench;
@@ -582,14 +587,14 @@ TEST_CASE(
   REQUIRE(test::eventually([&] { return newest().at("from") == "shelved"; }));
   CHECK(newest().at("to") == "shelved");
   CHECK(bench.journal.status().lost == 0);
-  // As after a restart.
+  // Like after a restart.
   daemon::journal::Journal again({.folder = bench.folder.path()});
   const auto states = again.open();
   CHECK(states.memories.at({"box", "disk_full"}).raised == alarm::AlarmState::unacknowledged);
 }
 
 TEST_CASE(
-    "a process alarm is listed, explained by its guide, acknowledged and journalled as others") {
+    "a process alarm is listed, explained by its guide, acknowledged and journalled like others") {
   Bench bench;
   bench.board.process_changed(0, std::vector<daemon::supervision::ProcessNews>{
                                      {{alarm::AlarmKind::bad_pv, true}, "PV is bad: link lost"}});
@@ -633,7 +638,7 @@ TEST_CASE(
                     Catch::Contains("another daemon"));
 }
 
-TEST_CASE("orders beyond the room of the mailbox are refused, and taken again after a cycle") {
+TEST_CASE("commands beyond the room of the mailbox are refused, and accepted again after a cycle") {
   Bench bench;
   const auto set = [&] {
     return bench.ask(R"({"request": "set", "loop": "FIC-101", "set_point": 5, "mode": "auto"})");
@@ -644,8 +649,7 @@ TEST_CASE("orders beyond the room of the mailbox are refused, and taken again af
   CHECK(set().at("ok") == true);
 }
 
-TEST_CASE(
-    "without descriptors the control socket rests, and serves who waited when there are some") {
+TEST_CASE("without descriptors the control socket pauses, and later serves the waiting clients") {
   tests::TemporaryFolder folder;
   const std::string path = (folder / "socket").string();
   base::LocalServer server;
@@ -662,7 +666,7 @@ TEST_CASE(
     for (int i = 0; i < 5; ++i) server.serve(std::chrono::milliseconds(1));
     return has_answer.load();
   };
-  // A sanitizer's check of the thread's start needs a descriptor too.
+  // A sanitizer's check of the thread's start also needs a descriptor.
   REQUIRE(test::eventually([&] { return asking.load(); }));
   rlimit before{};
   getrlimit(RLIMIT_NOFILE, &before);
@@ -671,7 +675,7 @@ TEST_CASE(
   const bool refused = !answered();
   setrlimit(RLIMIT_NOFILE, &before);
   CHECK(refused);
-  CHECK_FALSE(answered());  // it does not look again at once
+  CHECK_FALSE(answered());  // the next attempt is made later
   CHECK(test::eventually([&] { return answered(); }));
   asks.join();
 }

@@ -40,7 +40,7 @@ std::string text() {
   return metrics_text(daemon, 1, [&](std::size_t) { return loop; });
 }
 
-TEST_CASE("the metrics say what the status says, in base units", "[metrics]") {
+TEST_CASE("the metrics have the values of the status, in base units", "[metrics]") {
   const std::string all = "\n" + text();
   const auto has = [&](const std::string& line) {
     INFO(line);
@@ -68,14 +68,14 @@ TEST_CASE("the metrics say what the status says, in base units", "[metrics]") {
   has("loopwarden_condition_index{" + loop + ",of=\"valve\"} 37.5");
   has("loopwarden_oscillation_index{" + loop + "} 1.5");
   has("loopwarden_windows_total{" + loop + "} 12");
-  // A histogram counts from below, and its last bin has no upper edge.
+  // A histogram is cumulative, and its last bin has no upper edge.
   has("loopwarden_wake_up_seconds_bucket{le=\"2e-06\"} 5");
   has("loopwarden_wake_up_seconds_bucket{le=\"4e-06\"} 8");
   has("loopwarden_wake_up_seconds_bucket{le=\"8e-06\"} 8");
   has("loopwarden_wake_up_seconds_bucket{le=\"+Inf\"} 10");
   has("loopwarden_wake_up_seconds_sum 4e-05");
   has("loopwarden_wake_up_seconds_count 10");
-  // What is not known is left out, never a number that means nothing.
+  // An unknown value is left out; no number replaces it.
   CHECK(all.find("loopwarden_process_variable{") == std::string::npos);
   CHECK(all.find("input=\"valve_position\"") == std::string::npos);
   CHECK(all.find("of=\"environment\"") == std::string::npos);
@@ -104,7 +104,7 @@ TEST_CASE("each family of metrics is announced once, before its samples", "[metr
   }
 }
 
-TEST_CASE("the file of metrics is replaced as a whole, or left as it is", "[metrics]") {
+TEST_CASE("the file of metrics is replaced as a whole, or not at all", "[metrics]") {
   const tests::TemporaryFolder folder;
   CHECK(write_metrics(folder / "metrics.prom", "a 1\n"));
   CHECK(write_metrics(folder / "metrics.prom", "b 2\n"));

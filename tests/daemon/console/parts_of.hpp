@@ -11,7 +11,7 @@
 
 namespace loopwarden::tests {
 
-// Nobody makes what is asked for.
+// A queue whose reports are never made.
 inline daemon::reports::ReportDesk desk_in(const std::filesystem::path& folder,
                                            std::function<std::int64_t()> now_ms) {
   return {{.program = "/bin/true", .folder = folder / "reports", .socket = folder / "control.sock"},
@@ -21,7 +21,7 @@ inline daemon::reports::ReportDesk desk_in(const std::filesystem::path& folder,
            .in_use = [](const std::filesystem::path&) { return false; }}};
 }
 
-// What the sockets show of a test's bench.
+// Returns the parts of a test's bench that the sockets show.
 template <class Bench>
 daemon::console::Parts parts_of(Bench& bench, std::function<protocol::DaemonStatus()> status) {
   return {.loops = bench.loops,

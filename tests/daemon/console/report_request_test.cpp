@@ -43,7 +43,7 @@ struct Recorded : Bench {
 
 }  // namespace
 
-TEST_CASE("a report is asked for within what is recorded, of a loop and a kind that there are",
+TEST_CASE("a report is accepted within the recorded time, for an existing loop and kind",
           "[console][reports]") {
   Recorded bench;
   CHECK(bench.refused({{"loop", "FIC-999"}}) == "no loop 'FIC-999'");
@@ -61,7 +61,7 @@ TEST_CASE("a report is asked for within what is recorded, of a loop and a kind t
   CHECK(bench.refused({{"to_ms", std::uint64_t{18'446'744'073'709'551'615U}}}) ==
         "to_ms: a time that has been");
   CHECK(bench.refused({{"to_ms", kOldest_ms + 59'999}}) == "at least 60 s are needed");
-  // A million samples, every 0.1 s.
+  // A million samples, one every 0.1 s.
   CHECK(bench.refused({{"to_ms", kOldest_ms + 100'000'001}}) ==
         "gap takes at most 27.8 h of FIC-101 (1000000 samples)");
   CHECK(bench.refused({{"kind", "commission"}, {"to_ms", kOldest_ms + 20'000'001}}) ==
@@ -74,7 +74,7 @@ TEST_CASE("a report is asked for within what is recorded, of a loop and a kind t
         true);
 }
 
-TEST_CASE("the fifth report finds no room, and the journal has who asked", "[console][reports]") {
+TEST_CASE("the fifth report is refused, and the journal has its author", "[console][reports]") {
   Recorded bench;
   for (int k = 1; k <= 4; ++k) CHECK(bench.asked().at("waiting") == k);
   const json fifth = bench.asked();
@@ -91,7 +91,7 @@ TEST_CASE("the fifth report finds no room, and the journal has who asked", "[con
   bench.reports.run_next([](std::chrono::milliseconds) { return false; });
   const json all = bench.ask_status(R"({"request": "reports", "loop": "FIC-101"})").at("reports");
   REQUIRE(all.size() == 4);
-  CHECK(all[3].at("state") == "failed");  // what makes them here writes nothing
+  CHECK(all[3].at("state") == "failed");  // the report maker here writes no file
   CHECK(all[3].at("by") == "ella@10.0.0.5 by page (uid 1000)");
   CHECK(all[3].at("from_ms") == kOldest_ms);
   CHECK(all[2].at("state") == "waiting");

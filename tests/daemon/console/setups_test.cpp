@@ -23,7 +23,7 @@ struct Configuration {
   std::vector<protocol::SetupUnderWay> setups() const { return setups_in(folder.path()).setups; }
 };
 
-// As `loopwarden setup` holds it while it runs.
+// Locks the file as `loopwarden setup` does while it runs.
 base::File held(const std::filesystem::path& path, short type = F_WRLCK) {
   base::File file(path, O_RDWR);
   struct flock lock {};
@@ -47,14 +47,14 @@ std::string all_done() {
 
 }  // namespace
 
-TEST_CASE("without a setup nothing is told", "[setups]") {
+TEST_CASE("without a setup the list is empty", "[setups]") {
   const Configuration configuration;
   CHECK(configuration.setups().empty());
   std::filesystem::create_directory(configuration.folder / "setup");
   CHECK(configuration.setups().empty());
 }
 
-TEST_CASE("a setup has its steps as its file has them", "[setups]") {
+TEST_CASE("a setup has the steps of its file", "[setups]") {
   const Configuration configuration;
   configuration.write("FIC-101.json", kAtDevices);
   const auto setups = configuration.setups();
@@ -73,7 +73,7 @@ TEST_CASE("a setup has its steps as its file has them", "[setups]") {
   }
 }
 
-TEST_CASE("a step runs while the program that writes the file is there", "[setups]") {
+TEST_CASE("a step is running while the program that writes the file exists", "[setups]") {
   const Configuration configuration;
   const auto file = configuration.write("FIC-101.json", kAtDevices);
   {
@@ -85,18 +85,18 @@ TEST_CASE("a step runs while the program that writes the file is there", "[setup
     CHECK(setups[0].steps[1].since_ms == 2000);
     CHECK(setups[0].steps[2].state == "open");
   }
-  // Killed; a lock for reading anybody may have.
+  // Killed. A lock for reading doesn't count: any user may take it.
   const base::File by_reader = held(file, F_RDLCK);
   CHECK(configuration.setups().at(0).steps[1].state == "open");
 }
 
-TEST_CASE("a setup that is done is not told any more", "[setups]") {
+TEST_CASE("a finished setup is not listed any more", "[setups]") {
   const Configuration configuration;
   configuration.write("FIC-101.json", all_done());
   CHECK(configuration.setups().empty());
 }
 
-TEST_CASE("a file that is none of a setup tells nothing, and hides no other", "[setups]") {
+TEST_CASE("a file that is no setup is not listed, and hides no other", "[setups]") {
   const Configuration configuration;
   constexpr std::size_t kTooMuch = 70'000;
   for (const char* text : {"", "{", "[]", "5", "{}", R"({"steps": 5})", R"({"steps": {"loop": 5}})",
@@ -122,7 +122,7 @@ TEST_CASE("a file that is none of a setup tells nothing, and hides no other", "[
   CHECK_FALSE(setups[0].begun_ms);
 }
 
-TEST_CASE("the command for a folder with odd characters is one a shell takes", "[setups]") {
+TEST_CASE("the command for a folder with odd characters is valid in a shell", "[setups]") {
   const Configuration configuration;
   const auto odd = configuration.folder / "plant's files";
   tests::write_file(odd / "setup/FIC-101.json", kAtDevices);
@@ -132,7 +132,7 @@ TEST_CASE("the command for a folder with odd characters is one a shell takes", "
                                  configuration.folder.path().string() + "/plant'\\''s files'");
 }
 
-TEST_CASE("of many setups some are told", "[setups]") {
+TEST_CASE("only some of many setups are listed", "[setups]") {
   const Configuration configuration;
   for (int i = 100; i < 150; ++i) {
     configuration.write("FIC-" + std::to_string(i) + ".json", kAtDevices);

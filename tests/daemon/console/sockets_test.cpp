@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What each socket offers and refuses, and that one of them can't be used to hold up another.
+// Tests the requests that each socket offers and refuses, and that one socket can't hold up
+// another.
 #include <atomic>
 #include <chrono>
 #include <filesystem>
@@ -66,7 +67,7 @@ std::string error_of(const json& answer) {
   return answer.value("error", "");
 }
 
-// A request of page.sock with more keys.
+// Returns a request of page.sock with additional keys.
 std::string with(const char* request, const json& more) {
   json all = json::parse(request);
   all.update(more);
@@ -75,7 +76,7 @@ std::string with(const char* request, const json& more) {
 
 }  // namespace
 
-TEST_CASE("status.sock reads, and orders nothing", "[console][sockets]") {
+TEST_CASE("status.sock reads, and commands no loop", "[console][sockets]") {
   Bench bench(kAll);
   for (const char* request : kReading) {
     INFO(request);
@@ -92,7 +93,7 @@ TEST_CASE("status.sock reads, and orders nothing", "[console][sockets]") {
   CHECK(bench.orders().empty());
 }
 
-TEST_CASE("page.sock and edge.sock order what is allowed there, and read nothing",
+TEST_CASE("page.sock and edge.sock accept only the allowed commands, and don't read",
           "[console][sockets]") {
   const SocketName socket = GENERATE(SocketName::page, SocketName::edge);
   const bool alarms = GENERATE(false, true);
@@ -101,7 +102,7 @@ TEST_CASE("page.sock and edge.sock order what is allowed there, and read nothing
   Rights rights;
   (socket == SocketName::page ? rights.page : rights.edge) = {
       .alarms = alarms, .control = control, .reports = reports};
-  // What the other one may does not help.
+  // The rights of the other socket don't help.
   (socket == SocketName::page ? rights.edge : rights.page) = {
       .alarms = true, .control = true, .reports = true};
   Bench bench(rights);
@@ -143,11 +144,10 @@ TEST_CASE("page.sock and edge.sock order what is allowed there, and read nothing
   }
 }
 
-TEST_CASE("who ordered by the page stands in the journal with user and address",
-          "[console][sockets]") {
+TEST_CASE("the journal has the user and address of a command by the page", "[console][sockets]") {
   Bench bench(kAll);
   bench.run(1);
-  double set_point = 30.0;  // another one each time
+  double set_point = 30.0;  // a different user each time
   const auto peer_of = [&](json names, SocketName socket) {
     names["set_point"] = set_point += 1.0;
     const std::size_t before = bench.ask(R"({"request": "journal"})").at("lines").size();
@@ -166,7 +166,7 @@ TEST_CASE("who ordered by the page stands in the journal with user and address",
         std::string(64, 'x') + " by page (uid 1000)");
 }
 
-TEST_CASE("what a fitter found stands in the journal with what was said", "[console][sockets]") {
+TEST_CASE("the journal has a technician's finding together with the alarm", "[console][sockets]") {
   Bench bench(kAll);
   bench.run(1);
   bench.board.window_judged(0, {}, {}, stiction_on());
@@ -185,8 +185,7 @@ TEST_CASE("what a fitter found stands in the journal with what was said", "[cons
              Catch::Contains("FIC-999"));
 }
 
-TEST_CASE("a note stands in the journal with who, the time it is about and its words",
-          "[console][sockets]") {
+TEST_CASE("the journal has a note with its author, its time and its words", "[console][sockets]") {
   Bench bench(kAll);
   bench.run(1);
   const std::int64_t about_ms = bench.now_ms - 3'600'000;
@@ -215,7 +214,8 @@ TEST_CASE("a note stands in the journal with who, the time it is about and its w
   CHECK_THAT(refused({{"loop", "FIC-999"}}), Catch::Contains("FIC-999"));
 }
 
-TEST_CASE("who asks for what he may not is in the log, which he can't fill", "[console][sockets]") {
+TEST_CASE("a request without permission is in the log, but can't fill the log",
+          "[console][sockets]") {
   std::ostringstream log;
   const auto usual = spdlog::default_logger();
   spdlog::set_default_logger(std::make_shared<spdlog::logger>(
@@ -231,7 +231,7 @@ TEST_CASE("who asks for what he may not is in the log, which he can't fill", "[c
   CHECK(text.find("'set' is not") == text.rfind("'set' is not"));
 }
 
-TEST_CASE("names that could pass for something else are refused", "[console][sockets]") {
+TEST_CASE("names that could be mistaken for something else are refused", "[console][sockets]") {
   Bench bench(kAll);
   bench.run(1);
   const std::string key = GENERATE("user", "address");
@@ -246,7 +246,7 @@ TEST_CASE("names that could pass for something else are refused", "[console][soc
   CHECK(bench.ask(R"({"request": "journal"})").at("lines").empty());
 }
 
-TEST_CASE("on control.sock nobody speaks for others", "[console][sockets]") {
+TEST_CASE("on control.sock a request can't name another user", "[console][sockets]") {
   Bench bench(kAll);
   bench.run(1);
   CHECK_THAT(error_of(bench.ask(with(kSet, {{"user", "anna"}}))), Catch::Contains("page.sock"));
@@ -255,7 +255,8 @@ TEST_CASE("on control.sock nobody speaks for others", "[console][sockets]") {
   CHECK(bench.orders().empty());
 }
 
-TEST_CASE("an order holds only for what its sender has seen", "[console][sockets][expect]") {
+TEST_CASE("a command is valid only for the values that its sender has seen",
+          "[console][sockets][expect]") {
   Bench bench(kAll);
   bench.run(2);
   const auto outcome = [&](const json& request) {
@@ -277,7 +278,7 @@ TEST_CASE("an order holds only for what its sender has seen", "[console][sockets
   told = outcome({{"set_point", 60}, {"expect", {{"output", 12.5}}}});
   CHECK_THAT(told.at("why").get<std::string>(),
              Catch::StartsWith("the output is ") && Catch::EndsWith(", 12.5 was expected"));
-  // As text a number loses its last digits.
+  // A number loses its last digits as text.
   told = outcome({{"set_point", 60}, {"expect", {{"set_point", 50.00009}, {"mode", "auto"}}}});
   CHECK(told.at("state") == "done");
   CHECK(told.at("now").is_null());
@@ -288,7 +289,7 @@ TEST_CASE("an order holds only for what its sender has seen", "[console][sockets
   CHECK(lines[3].at("result") == "done");
 }
 
-TEST_CASE("an output that is not known is shown as no number, and can be expected as such",
+TEST_CASE("an unknown output is shown as no number, and can be expected as such",
           "[console][sockets][expect]") {
   Bench bench(kAll, control::OutputAction::hold());
   bench.run(2);
@@ -323,20 +324,20 @@ TEST_CASE("an output that is not known is shown as no number, and can be expecte
   CHECK(lines[3].at("result") == "done");
 }
 
-TEST_CASE("what another orders in between counts, and not what was so when it was asked",
+TEST_CASE("expectations are checked after the commands of others, not when the request arrives",
           "[console][sockets][expect]") {
   Bench bench(kAll);
   bench.run(2);
   const json sent = bench.ask(with(kSet, {{"expect", {{"set_point", 50}}}}), SocketName::page);
   REQUIRE(sent.at("ok") == true);
-  // A master's order is taken first in the same cycle.
+  // A master's command is taken first in the same cycle.
   bench.loops.front().channels->master_orders.orders.try_push({.set_point = 55.0});
   bench.run(1);
   CHECK(bench.outcome(sent).at("why") == "the set point is now 55, 50 was expected");
   CHECK(bench.loops.front().channels->set_point_wanted == 55.0);
 }
 
-TEST_CASE("a request that is all brackets is refused, and takes no thread's stack",
+TEST_CASE("a request with only brackets is refused, and does not exhaust a thread's stack",
           "[console][sockets]") {
   Bench bench(kAll);
   bench.run(1);
@@ -352,7 +353,7 @@ TEST_CASE("a request that is all brackets is refused, and takes no thread's stac
   CHECK(bench.orders().empty());
 }
 
-TEST_CASE("expectations that can't be understood are refused", "[console][sockets][expect]") {
+TEST_CASE("expectations that can't be parsed are refused", "[console][sockets][expect]") {
   Bench bench(kAll);
   bench.run(1);
   const json expect =
@@ -362,8 +363,7 @@ TEST_CASE("expectations that can't be understood are refused", "[console][socket
   CHECK(bench.orders().empty());
 }
 
-TEST_CASE("page.sock and edge.sock are there only where something is allowed",
-          "[console][sockets]") {
+TEST_CASE("page.sock and edge.sock exist only if a right is granted", "[console][sockets]") {
   Bench bench;
   const auto there = [&](const char* name) { return std::filesystem::exists(bench.folder / name); };
   CHECK(there("control.sock"));
@@ -372,7 +372,7 @@ TEST_CASE("page.sock and edge.sock are there only where something is allowed",
   CHECK_FALSE(there("edge.sock"));
   bench.run(1);
   bench.server->start();
-  // As a reload does.
+  // The same as a reload.
   bench.server->set_rights({.page = {.alarms = true, .control = false}, .edge = {}});
   REQUIRE(test::eventually([&] { return there("page.sock"); }));
   CHECK_FALSE(there("edge.sock"));
@@ -387,8 +387,7 @@ TEST_CASE("page.sock and edge.sock are there only where something is allowed",
   CHECK(json::parse(operators.request(kSet, kPatience)).at("ok") == true);
 }
 
-TEST_CASE("a page that floods its socket does not keep an operator from his",
-          "[console][sockets]") {
+TEST_CASE("a page that floods its socket does not block an operator", "[console][sockets]") {
   Bench bench(kAll);
   bench.run(1);
   bench.server->start();
@@ -402,7 +401,7 @@ TEST_CASE("a page that floods its socket does not keep an operator from his",
         try {
           LocalClient client((bench.folder / socket).string());
           for (int k = 0; k < 50 && !quit; ++k) client.request(kAcknowledge, kPatience);
-        } catch (const std::exception&) {  // no place, or gone: once more
+        } catch (const std::exception&) {  // no room, or disconnected: try again
         }
       }
     });
@@ -415,7 +414,7 @@ TEST_CASE("a page that floods its socket does not keep an operator from his",
   for (std::thread& thread : flood) thread.join();
 }
 
-TEST_CASE("the overview has one place a loop in each column", "[console][overview]") {
+TEST_CASE("the overview has one entry per loop in each column", "[console][overview]") {
   Bench bench;
   json all = bench.ask_status(R"({"request": "overview"})");
   CHECK(all.at("pv")[0].is_null());
@@ -457,7 +456,7 @@ TEST_CASE("the overview has one place a loop in each column", "[console][overvie
   CHECK(all.at("ne107") == json::array({4}));
 }
 
-TEST_CASE("of two alarms that wait the overview names the one of higher priority",
+TEST_CASE("if two alarms wait, the overview names the one of higher priority",
           "[console][overview]") {
   using alarm::AlarmKind;
   Bench bench;
@@ -469,7 +468,7 @@ TEST_CASE("of two alarms that wait the overview names the one of higher priority
   bench.board.process_changed(
       0, std::vector<daemon::supervision::ProcessNews>{{{AlarmKind::not_normal_mode, true}, ""}});
   CHECK(shown() == std::pair(json(9), json(2)));
-  // Which follows from a lost output.
+  // It is a consequence of a lost output.
   bench.board.process_changed(
       0, std::vector<daemon::supervision::ProcessNews>{{{AlarmKind::output_lost, true}, ""}});
   CHECK(shown() == std::pair(json(7), json(2)));
@@ -477,9 +476,8 @@ TEST_CASE("of two alarms that wait the overview names the one of higher priority
   CHECK(shown() == std::pair(json(0), json(1)));
 }
 
-TEST_CASE(
-    "whoever reads the registers is told that an alarm changed, though the map has none of it",
-    "[console][registers]") {
+TEST_CASE("reading the registers reports that an alarm changed, though the map doesn't have it",
+          "[console][registers]") {
   using alarm::AlarmKind;
   Bench bench;
   const auto changes = [&] {
@@ -497,7 +495,7 @@ TEST_CASE(
   CHECK(changes() > came);
 }
 
-TEST_CASE("the newest windows, with what each specialist makes of them", "[console][windows]") {
+TEST_CASE("the newest windows, with the result of each specialist", "[console][windows]") {
   Bench bench;
   alarm::WindowJudgement judgement;
   judgement.result = alarm::WindowJudgement::Result::fault;
@@ -580,7 +578,7 @@ TEST_CASE("every field of the register map by name, as a master reads it", "[con
   CHECK(values.at("loops") == all.at("loops"));
 }
 
-TEST_CASE("a loop by itself is what the status has of it, and more", "[console][sockets]") {
+TEST_CASE("the details of a loop have its status, and more", "[console][sockets]") {
   Bench bench;
   json loop = bench.ask_status(R"({"request": "loop", "loop": "FIC-101"})");
   CHECK(loop.at("explanation").is_null());
@@ -597,7 +595,7 @@ TEST_CASE("a loop by itself is what the status has of it, and more", "[console][
   CHECK(described.at("folder") == (bench.folder / "segments" / "FIC-101").string());
 }
 
-TEST_CASE("while the set point follows the last order, the loop tells where to",
+TEST_CASE("while the set point follows the last command, the loop reports its target",
           "[console][sockets][expect]") {
   Bench bench(kAll);
   bench.run(2);
@@ -609,7 +607,7 @@ TEST_CASE("while the set point follows the last order, the loop tells where to",
     });
   };
   CHECK(eventually_told(50.0));
-  // The historian's newest row is of the last cycle.
+  // The historian's newest row belongs to the last cycle.
   bench.loops.front().channels->set_point_wanted = 62.5;
   CHECK(eventually_told(62.5));
 }
@@ -625,7 +623,7 @@ TEST_CASE("the journal is searched", "[console][journal]") {
     bench.ask(kOrder);
   }
   bench.board.window_judged(0, {}, {}, stiction_on());
-  bench.lines(7);  // of the alarm two: its own, and its incident's
+  bench.lines(7);  // two lines for the alarm: its own, and its incident's
   const auto found = [&](json query) {
     query["request"] = "journal";
     return bench.ask_status(query.dump()).at("lines").size();

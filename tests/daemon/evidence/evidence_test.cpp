@@ -99,7 +99,7 @@ std::vector<std::string> names(const fs::path& folder) {
 
 }  // namespace
 
-TEST_CASE("evidence comes back bit for bit, with specialists that can be loaded", "[evidence]") {
+TEST_CASE("evidence is read back bit for bit, with specialists that can be loaded", "[evidence]") {
   const tests::TemporaryFolder folder;
   Evidence e = example();
   const bool has_stem = GENERATE(true, false);
@@ -129,7 +129,7 @@ TEST_CASE("evidence comes back bit for bit, with specialists that can be loaded"
   CHECK(loaded->team->members[2].network.layers[2].bias[0] == 12.0);
 }
 
-TEST_CASE("routine evidence comes back bit for bit, and has no specialists", "[evidence]") {
+TEST_CASE("routine evidence is read back bit for bit, and has no specialists", "[evidence]") {
   const tests::TemporaryFolder folder;
   const Evidence e = routine_example();
   write_evidence(e, nullptr, folder / "one");
@@ -176,7 +176,7 @@ TEST_CASE("evidence of version 1, which had no kind, is read", "[evidence]") {
   CHECK(back.judgement == example().judgement);
 }
 
-TEST_CASE("evidence that was touched is refused with a reason", "[evidence]") {
+TEST_CASE("evidence that was changed is refused with a reason", "[evidence]") {
   const tests::TemporaryFolder folder;
   const config::SpecialistFolder judges = specialists();
   write_evidence(example(), &judges, folder / "one");
@@ -204,14 +204,14 @@ TEST_CASE("evidence that was touched is refused with a reason", "[evidence]") {
   CHECK_THROWS_AS(read_evidence(folder / "nowhere"), EvidenceError);
 }
 
-TEST_CASE("the newest of each alarm is found, and old evidence goes", "[evidence]") {
+TEST_CASE("the newest of each alarm is found, and old evidence is deleted", "[evidence]") {
   const tests::TemporaryFolder folder;
   EvidenceStore store({.folder = folder / "evidence", .most_kept = 3}, {{"plant", specialists()}},
                       [](const auto&, const auto&, const auto&) {});
   store.start();
   for (int i = 0; i < 5; ++i) {
     Evidence e = example(1'800'000'000'000 + 1000 * i);
-    if (i == 3) e.loop = "A-FIC-101";  // ends like the other
+    if (i == 3) e.loop = "A-FIC-101";  // its name ends like the other's
     store.post(std::move(e));
   }
   REQUIRE(test::eventually([&] { return store.status().written == 5; }));
@@ -224,7 +224,8 @@ TEST_CASE("the newest of each alarm is found, and old evidence goes", "[evidence
   CHECK_FALSE(store.newest("FIC-1", AlarmKind::backlash));
 }
 
-TEST_CASE("what joins an incident lies in the folder of the alarm that opened it", "[evidence]") {
+TEST_CASE("evidence of an alarm that joins an incident is in the folder of the first alarm",
+          "[evidence]") {
   const tests::TemporaryFolder folder;
   std::vector<fs::path> told;
   EvidenceStore store(
@@ -243,14 +244,14 @@ TEST_CASE("what joins an incident lies in the folder of the alarm that opened it
   post(AlarmKind::backlash, -5'000'000, "FIC-101", kOpened_ms - 5'000'000);  // an earlier one
   post(AlarmKind::hysteresis, 0, "FIC-101", kOpened_ms);
   post(AlarmKind::stiction, 10, "A-FIC-101", kOpened_ms);  // another loop
-  post(AlarmKind::unknown, 0, "FIC-101", kOpened_ms);      // by the same window
+  post(AlarmKind::unknown, 0, "FIC-101", kOpened_ms);      // from the same window
   for (int i = 1; i < 12; ++i) post(AlarmKind::backlash, 1000 * i, "FIC-101", kOpened_ms);
   REQUIRE(test::eventually([&] { return store.status().written == 15; }));
   store.stop();
   CHECK(names(folder / "evidence").size() == 3);
   const fs::path first = *store.newest("FIC-101", AlarmKind::hysteresis);
   CHECK(first.parent_path() == folder / "evidence");
-  CHECK_FALSE(store.newest("FIC-101", AlarmKind::unknown));  // eight newer ones joined
+  CHECK_FALSE(store.newest("FIC-101", AlarmKind::unknown));  // eight newer alarms joined
   const fs::path joined = *store.newest("FIC-101", AlarmKind::backlash);
   CHECK(joined.parent_path() == first);
   CHECK(told.back() == joined);
@@ -262,7 +263,7 @@ TEST_CASE("what joins an incident lies in the folder of the alarm that opened it
         }) == EvidenceStore::kMostJoined);
 }
 
-TEST_CASE("evidence that a clock ahead dated does not hide or remove what comes later",
+TEST_CASE("evidence with a date in the future does not hide or remove later evidence",
           "[evidence]") {
   const tests::TemporaryFolder folder;
   EvidenceStore store({.folder = folder / "evidence", .most_kept = 2}, {{"plant", specialists()}},
@@ -276,18 +277,18 @@ TEST_CASE("evidence that a clock ahead dated does not hide or remove what comes 
     store.post(std::move(e));
   };
   post(ahead_ms, ahead_ms);
-  post(now_ms - 5000, ahead_ms);  // joins, after the clock was set back
+  post(now_ms - 5000, ahead_ms);  // joins after the clock was set back
   post(now_ms - 4000, now_ms - 4000);
   post(now_ms - 3000, now_ms - 3000);
   REQUIRE(test::eventually([&] { return store.status().written == 4; }));
   store.stop();
   const fs::path newest = *store.newest("FIC-101", AlarmKind::backlash);
-  CHECK(newest.parent_path() == folder / "evidence");  // of an incident with its own folder
+  CHECK(newest.parent_path() == folder / "evidence");  // for an incident with its own folder
   CHECK(read_evidence(newest).raised_ms == now_ms - 3000);
   CHECK(names(folder / "evidence").size() == 2);
 }
 
-TEST_CASE("an old folder that can't be deleted is told once, and keeps no new evidence back",
+TEST_CASE("an old folder that can't be deleted is reported once, and delays no new evidence",
           "[evidence]") {
   const tests::TemporaryFolder folder;
   std::vector<std::string> told;
@@ -308,7 +309,7 @@ TEST_CASE("an old folder that can't be deleted is told once, and keeps no new ev
     CHECK_THAT(store.status().removal_error, Catch::Contains(oldest.filename().string()));
     CHECK(read_evidence(*store.newest("FIC-101", AlarmKind::backlash)).raised_ms ==
           1'800'000'006'000);
-    CHECK(names(folder / "evidence").size() == 4);  // the others went as ever
+    CHECK(names(folder / "evidence").size() == 4);  // the others were deleted as usual
     CHECK(fs::exists(oldest));
   }
   store.post(example(1'800'000'007'000));
@@ -320,7 +321,7 @@ TEST_CASE("an old folder that can't be deleted is told once, and keeps no new ev
   CHECK(told == std::vector<std::string>(8));
 }
 
-TEST_CASE("a full disk: told once, nothing half written, and written when there is room",
+TEST_CASE("a full disk: reported once, no partial file, and written when there is room",
           "[evidence]") {
   const tests::TemporaryFolder folder;
   std::vector<std::string> told;
@@ -351,8 +352,10 @@ TEST_CASE("a full disk: told once, nothing half written, and written when there 
   for (const std::string& name : names(folder / "evidence")) CHECK(name.front() != '.');
 }
 
-TEST_CASE("a disk that hangs: who posts goes on, the status says so, and it is written in the end",
-          "[evidence][disk]") {
+TEST_CASE(
+    "a hung disk: the poster continues, the status reports it, and the evidence is written in the "
+    "end",
+    "[evidence][disk]") {
   const tests::TemporaryFolder folder;
   EvidenceStore store({.folder = folder / "evidence", .most_waiting = 3},
                       {{"plant", specialists()}},
@@ -382,7 +385,7 @@ TEST_CASE("routine evidence waits for no specialists", "[evidence]") {
   CHECK(read_evidence(*store.newest("FIC-101", AlarmKind::backlash)).routine);
 }
 
-TEST_CASE("evidence that nobody wants is not written", "[evidence]") {
+TEST_CASE("evidence that is not kept is not written", "[evidence]") {
   const tests::TemporaryFolder folder;
   EvidenceStore store({.folder = folder / "evidence", .most_kept = 0}, {}, {});
   store.start();
@@ -391,7 +394,7 @@ TEST_CASE("evidence that nobody wants is not written", "[evidence]") {
   CHECK_FALSE(fs::exists(folder / "evidence"));
 }
 
-TEST_CASE("evidence of a twin comes back bit for bit, whatever its length", "[evidence]") {
+TEST_CASE("evidence of a twin is read back bit for bit, whatever its length", "[evidence]") {
   const tests::TemporaryFolder folder;
   Evidence e = example();
   e.alarm = AlarmKind::model_gap;
@@ -407,7 +410,7 @@ TEST_CASE("evidence of a twin comes back bit for bit, whatever its length", "[ev
   CHECK_FALSE(back.by_specialists());
   CHECK(back.by_twin->change == e.by_twin->change);
   CHECK(back.by_twin->controller == e.by_twin->controller);
-  // Of a loop that runs here nobody watched the controller.
+  // The controller of a loop that runs here is not watched.
   e.by_twin->controller = std::nan("");
   write_evidence(e, nullptr, folder / "two");
   CHECK(std::isnan(read_evidence(folder / "two").by_twin->controller));

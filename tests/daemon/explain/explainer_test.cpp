@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What stands for `loopwarden` here is a script: what it is given, how it ends, how long it takes.
+// A script replaces `loopwarden` here. The tests check its arguments, its exit and its duration.
 #include "daemon/explain/explainer.hpp"
 
 #include <atomic>
@@ -33,7 +33,7 @@ constexpr const char* kExplanation = R"({"alarm": "stiction", "final_name": "mod
             "high_percent": null, "confidence": 0.94, "alternatives": ["leakage"],
             "remedy": "Find out why."}, "effects": []})";
 
-// As a copy of minutes.csv would be: three samples, the alarm at the second.
+// A copy of minutes.csv would have this content: three samples, the alarm at the second.
 supervision::History::Minutes minutes() {
   return {.period_s = 0.5, .end = 42, .sp = {1, 1, 1}, .pv = {2, 3, 4}, .co = {5, 6, 7}};
 }
@@ -118,7 +118,7 @@ TEST_CASE("an alarm's minutes are written with time from the alarm, and the answ
   CHECK(explainer.status().explained == 1);
 }
 
-TEST_CASE("a child that fails, dies or answers nonsense leaves a reason", "[explain]") {
+TEST_CASE("a child that fails, dies or answers nonsense is reported with a reason", "[explain]") {
   const auto [script, most_s, why] = GENERATE(table<std::string, int, std::string>(
       {{"exit 65", 60, "ended with 65"},
        {"kill -9 $$", 60, "ended with 137"},
@@ -135,7 +135,8 @@ TEST_CASE("a child that fails, dies or answers nonsense leaves a reason", "[expl
   CHECK(explainer.status().explained == 0);
 }
 
-TEST_CASE("one at a time, each when its minutes are there; a full queue says so", "[explain]") {
+TEST_CASE("one job at a time, each when its minutes are recorded; a full queue is reported",
+          "[explain]") {
   Bench bench("echo start >> \"$3/../log\"; sleep 0.3; echo end >> \"$3/../log\"; exit 1");
   Explainer explainer = bench.make({.program = {}, .most_waiting = 2});
   ExplainJob late = bench.job(0);
@@ -154,7 +155,8 @@ TEST_CASE("one at a time, each when its minutes are there; a full queue says so"
 }
 
 TEST_CASE(
-    "what waits is on the disk from the start, and goes on after a restart with what is there",
+    "a waiting job is on the disk from the start, and continues after a restart with the saved "
+    "data",
     "[explain]") {
   Bench bench("cat > \"$3/explanation.json\" <<'J'\n" + std::string(kExplanation) + "\nJ");
   const fs::path evidence = bench.folder / "evidence";
@@ -174,7 +176,7 @@ TEST_CASE(
       bench.now.co.push_back(8);
       ++bench.now.end;
     }
-    before.stop();  // the last of it is saved
+    before.stop();  // saves the last samples
     CHECK(bench.reports.empty());
   }
   CHECK(record::read_record(evidence / "minutes.csv").pv == std::vector<double>{2, 3, 4, 5});
@@ -198,11 +200,13 @@ TEST_CASE(
   CHECK_FALSE(read_pending(evidence));
 }
 
-TEST_CASE("minutes that a restart cut short, and that tell nothing, say so", "[explain]") {
+TEST_CASE("a restart that cuts the minutes short is reported if they explain too little",
+          "[explain]") {
   const bool cut = GENERATE(true, false);
   Bench bench(R"(cat > "$3/explanation.json" <<'J'
 {"alarm": "stiction", "final_name": null, "raised_ms": 1, "ended_ms": 2, "verdict": "not_explained",
- "gap_closed": null, "agrees": false, "from_s": null, "sentence": "Too little moves.", "first": null}
+ "gap_closed": null, "agrees": false, "from_s": null, )"
+              R"("sentence": "Too little moves.", "first": null}
 J)");
   Explainer explainer = bench.make();
   explainer.start();
@@ -220,18 +224,19 @@ J)");
   } else {
     CHECK(sentence == "Too little moves.");
   }
-  // Whoever reads the folder is told the same.
+  // The folder has the same text.
   CHECK(read_explanation(bench.folder / "evidence").sentence == sentence);
 }
 
-TEST_CASE("minutes that a restart cut short are waited for again, of the run that goes on",
-          "[explain]") {
+TEST_CASE("minutes that a restart cut short are collected again from the next run", "[explain]") {
   Bench bench("if grep -q 55 \"$3/minutes.csv\"; then cat > \"$3/explanation.json\" <<'J'\n" +
-              std::string(kExplanation) + R"(
+              std::string(kExplanation) +
+              R"(
 J
 else cat > "$3/explanation.json" <<'J'
 {"alarm": "stiction", "final_name": null, "raised_ms": 1, "ended_ms": 2, "verdict": "not_explained",
- "gap_closed": null, "agrees": false, "from_s": null, "sentence": "Too little moves.", "first": null}
+ "gap_closed": null, "agrees": false, "from_s": null, )"
+              R"("sentence": "Too little moves.", "first": null}
 J
 fi)");
   const fs::path evidence = bench.folder / "evidence";
@@ -252,7 +257,7 @@ fi)");
   CHECK(explainer.status().explained == 1);
 }
 
-TEST_CASE("a history that began anew after the alarm does not replace the minutes that were saved",
+TEST_CASE("a history that restarted after the alarm does not replace the minutes that were saved",
           "[explain]") {
   Bench bench("cat > \"$3/explanation.json\" <<'J'\n" + std::string(kExplanation) + "\nJ");
   const fs::path evidence = bench.folder / "evidence";
@@ -269,7 +274,7 @@ TEST_CASE("a history that began anew after the alarm does not replace the minute
   CHECK(record::read_record(evidence / "minutes.csv").pv == std::vector<double>{2, 3, 4});
 }
 
-TEST_CASE("repeats count towards the limit, and go before no first one", "[explain]") {
+TEST_CASE("repeats count towards the limit, but run after every first explanation", "[explain]") {
   Bench bench("exit 1");
   Explainer explainer = bench.make({.program = {}, .most_waiting = 3});
   const auto repeat = [&](std::size_t loop) {
@@ -282,7 +287,7 @@ TEST_CASE("repeats count towards the limit, and go before no first one", "[expla
   explainer.post(bench.job(2));
   explainer.post(repeat(3));  // no room
   CHECK(explainer.status().waiting == 3);
-  explainer.post(bench.job(4));  // in the place of 1
+  explainer.post(bench.job(4));  // replaces job 1
   CHECK(explainer.status().waiting == 3);
   CHECK(explainer.status().failed == 2);
   CHECK(bench.reports.empty());
@@ -294,7 +299,7 @@ TEST_CASE("repeats count towards the limit, and go before no first one", "[expla
   CHECK(loops == std::vector<std::size_t>{2, 4, 0});
 }
 
-TEST_CASE("an explanation at work takes no room, of its repeat neither", "[explain]") {
+TEST_CASE("a running explanation takes no room in the queue, nor does its repeat", "[explain]") {
   Bench bench("exit 1");
   std::mutex mutex;
   Explainer* explainer = nullptr;
@@ -320,7 +325,7 @@ TEST_CASE("an explanation at work takes no room, of its repeat neither", "[expla
   CHECK(waiting == std::vector<std::size_t>{2});
 }
 
-TEST_CASE("a repeat is not kept for a restart, and may be called off", "[explain]") {
+TEST_CASE("a repeat is not kept for a restart, and can be cancelled", "[explain]") {
   Bench bench("cat > \"$3/explanation.json\" <<'J'\n" + std::string(kExplanation) + "\nJ");
   Explainer explainer = bench.make();
   ExplainJob later = bench.job(1);
@@ -342,7 +347,7 @@ TEST_CASE("a repeat is not kept for a restart, and may be called off", "[explain
   CHECK_FALSE(read_pending(bench.folder / "evidence"));
 }
 
-TEST_CASE("the end of the daemon waits for no explanation", "[explain]") {
+TEST_CASE("the end of the daemon does not wait for an explanation", "[explain]") {
   Bench bench("exec sleep 600");
   Explainer explainer = bench.make();
   explainer.start();
@@ -353,7 +358,7 @@ TEST_CASE("the end of the daemon waits for no explanation", "[explain]") {
   CHECK(bench.reports.empty());
 }
 
-TEST_CASE("other work is done between explanations, and makes room for one that comes due",
+TEST_CASE("other work is done between explanations, and is interrupted for one that is due",
           "[explain]") {
   Bench bench("echo explained >> \"$3/../log\"; exit 1");
   std::atomic<int> left = 2;
@@ -362,7 +367,7 @@ TEST_CASE("other work is done between explanations, and makes room for one that 
     if (left == 0) return false;
     std::ofstream(bench.folder / "log", std::ios::app) << "begun\n";
     at_work = true;
-    // The first lasts until it is in the way.
+    // The first call runs until it is asked to stop.
     if (left-- == 2) {
       while (!stop(std::chrono::milliseconds(100))) {
       }
@@ -383,8 +388,7 @@ TEST_CASE("other work is done between explanations, and makes room for one that 
   CHECK(tests::read_file(bench.folder / "log") == "begun\nexplained\nbegun\n");
 }
 
-TEST_CASE("other work begins when it is told of, and minutes that wait are saved beside it",
-          "[explain]") {
+TEST_CASE("other work begins on request, and waiting minutes are saved meanwhile", "[explain]") {
   Bench bench("exit 1");
   std::atomic<bool> wanted = false;
   std::atomic<bool> at_work = false;
@@ -408,7 +412,7 @@ TEST_CASE("other work begins when it is told of, and minutes that wait are saved
   CHECK(explainer.stop_for(std::chrono::seconds(60)));
 }
 
-TEST_CASE("without the workbench nothing is explained", "[explain]") {
+TEST_CASE("without the workbench no job is explained", "[explain]") {
   Bench bench("exit 0");
   bench.program.clear();
   Explainer explainer = bench.make();

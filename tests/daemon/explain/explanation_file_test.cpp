@@ -25,16 +25,17 @@ Explanation read(const std::string& effects, bool agrees) {
 
 }  // namespace
 
-TEST_CASE("s and j of a valve that sticks are read where the explanation agrees", "[explain]") {
+TEST_CASE("s and j of a sticking valve are read if the explanation agrees", "[explain]") {
   const auto gain_but = [](const std::string& alternatives) {
-    return R"({"name": "gain_change", "parameters": {"factor": 1.1}, "interval": {}, "confidence": 0.5, )"
+    return R"({"name": "gain_change", "parameters": {"factor": 1.1}, )"
+           R"("interval": {}, "confidence": 0.5, )"
            R"("alternatives": [)" +
            alternatives + "]}";
   };
   const std::string gain = gain_but("");
-  const std::string sticks =
-      R"({"name": "stiction", "parameters": {"s": 0.9, "j": 0.4}, "interval": {"s": [0.8, 1.0], "j": [null, null]}, )"
-      R"("confidence": 0.8, "alternatives": []})";
+  const std::string sticks = R"({"name": "stiction", "parameters": {"s": 0.9, "j": 0.4}, )"
+                             R"("interval": {"s": [0.8, 1.0], "j": [null, null]}, )"
+                             R"("confidence": 0.8, "alternatives": []})";
   for (const std::string& effects : {sticks, gain + ", " + sticks}) {
     const Explanation e = read(effects, true);
     REQUIRE(e.stick);
@@ -44,7 +45,7 @@ TEST_CASE("s and j of a valve that sticks are read where the explanation agrees"
     CHECK(e.stick->j_interval[1] == 0.0);
     CHECK(e.stick->confidence == 0.8);
   }
-  // Of one explanation, wherever it stands.
+  // An alternative excludes the stick at any position in the list.
   CHECK_FALSE(read(sticks + ", " + gain_but(R"("backlash")"), true).stick);
   CHECK_FALSE(read(sticks, false).stick);
   CHECK_FALSE(read(gain, true).stick);

@@ -37,7 +37,7 @@ class Client {
     REQUIRE(::send(fd_, text.data(), text.size(), MSG_NOSIGNAL) ==
             static_cast<ssize_t>(text.size()));
   }
-  // As much as goes in; how much that was.
+  // Sends as much as fits; returns the number of bytes.
   std::size_t push(const std::string& text) const {
     const ssize_t n = ::send(fd_, text.data(), text.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
     return n > 0 ? static_cast<std::size_t>(n) : 0;
@@ -118,7 +118,7 @@ TEST_CASE("a bad line is counted and the connection stays", "[watch][feed]") {
   CHECK_FALSE(feeder.ended());
 }
 
-TEST_CASE("a line that is too long is passed over to its end", "[watch][feed]") {
+TEST_CASE("a line that is too long is skipped to its end", "[watch][feed]") {
   Bench bench;
   const Client feeder(bench.path);
   const std::string piece(30'000, 'x');
@@ -146,7 +146,7 @@ TEST_CASE("a new connection of a feeder ends the old", "[watch][feed]") {
   CHECK(bench.counters().connections == 2);
 }
 
-TEST_CASE("who is no feeder is let go", "[watch][feed]") {
+TEST_CASE("a client that is no feeder is disconnected", "[watch][feed]") {
   Bench bench({.uid = ::getuid() + 1});
   const Client stranger(bench.path);
   bench.rounds();
@@ -167,7 +167,7 @@ TEST_CASE("a feeder that ends is not connected any more", "[watch][feed]") {
   CHECK_FALSE(bench.counters().connected);
 }
 
-TEST_CASE("of a flood no more is read than the rate allows", "[watch][feed]") {
+TEST_CASE("a flood is read no faster than the rate allows", "[watch][feed]") {
   Bench bench({.bytes_per_second = 10'000.0});
   const Client feeder(bench.path);
   bench.rounds(1);
@@ -176,7 +176,7 @@ TEST_CASE("of a flood no more is read than the rate allows", "[watch][feed]") {
     while (lines.size() < bytes) lines += line(1.0);
     return lines;
   };
-  // What is read beyond the rate is made up for by a pause.
+  // Lines that are read beyond the rate are made up for by a pause.
   feeder.send(lines_of(20'000));
   bench.rounds(1);
   const std::uint64_t lines = bench.counters().lines;
@@ -188,13 +188,13 @@ TEST_CASE("of a flood no more is read than the rate allows", "[watch][feed]") {
     bench.rounds(1);
     return bench.counters().lines > lines;
   }));
-  // It was worth six seconds.
+  // The pause was worth six seconds.
   const std::uint64_t then = bench.counters().lines;
   bench.rounds(20);
   CHECK(bench.counters().lines == then);
 }
 
-TEST_CASE("a feeder that does not read its answers is read from no more", "[watch][feed]") {
+TEST_CASE("a feeder that does not read its answers is not read any more", "[watch][feed]") {
   Bench bench;
   const Client feeder(bench.path);
   bench.rounds();
@@ -205,14 +205,14 @@ TEST_CASE("a feeder that does not read its answers is read from no more", "[watc
     pushed += feeder.push(asked);
     bench.rounds(1);
   }
-  // It is held up by its own answers, which fill the socket.
+  // Its own answers, which fill the socket, block it.
   const std::uint64_t lines = bench.counters().lines;
   bench.rounds(20);
   CHECK(bench.counters().lines == lines);
   CHECK(pushed < 300 * asked.size());
 }
 
-TEST_CASE("what a line of values may look like", "[protocol][feed]") {
+TEST_CASE("the allowed forms of a line of values", "[protocol][feed]") {
   const auto why = [](const std::string& text) {
     std::string id;
     try {

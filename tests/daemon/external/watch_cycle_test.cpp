@@ -48,7 +48,7 @@ struct Rig {
     FakeSource::set(in.stem, 49.0, now_ns);
     FakeSource::set(in.mode, 1.0, now_ns);
   }
-  // The source lives and says nothing new.
+  // The source is alive without new values.
   void all_alive() {
     hal::SourceInputs& in = source.inputs;
     for (hal::SourceSample* value :
@@ -165,7 +165,7 @@ TEST_CASE("a watched PV that repeats one value while CO moves is frozen", "[watc
   CHECK(rig.fault() == Fault::none);
 }
 
-TEST_CASE("the mode is what the other controller's number means", "[watch]") {
+TEST_CASE("the mode is the meaning of the other controller's number", "[watch]") {
   Rig rig;
   const auto mode_of = [&](double number) {
     FakeSource::set(rig.source.inputs.mode, number, rig.now_ns);
@@ -187,7 +187,7 @@ TEST_CASE("the mode is what the other controller's number means", "[watch]") {
   CHECK(without.mode() == Mode::automatic);
 }
 
-TEST_CASE("a value of a source that sends on change holds while the source lives", "[watch]") {
+TEST_CASE("a value of a source that sends on change is valid while the source lives", "[watch]") {
   Rig rig;
   rig.run();
   rig.now_ns += 60 * kSecond;
@@ -212,7 +212,7 @@ TEST_CASE("a value of a source that sends on change holds while the source lives
   CHECK(std::isnan(rig.row.stem));
   CHECK(rig.mode() == Mode::fallback);
   CHECK(rig.fault() == Fault::bad_pv);
-  CHECK((rig.row.flags & record::kOutputLost) == 0);  // nothing is sent that could be lost
+  CHECK((rig.row.flags & record::kOutputLost) == 0);  // the loop sends no output that could be lost
 
   rig.all_fresh();
   rig.run();
@@ -234,13 +234,13 @@ TEST_CASE("a held PV is bad after max_held, though its source lives", "[watch]")
   rig.run();
   CHECK(rig.quality() == Quality::bad);
   CHECK(rig.reason() == Reason::stale);
-  CHECK(rig.row.co == 50.0);  // a set point or an output may rest for days
+  CHECK(rig.row.co == 50.0);  // a set point or an output may be constant for days
   FakeSource::set(rig.source.inputs.process_variable, 20.0, rig.now_ns);
   rig.run();
   CHECK(rig.quality() == Quality::good);
 }
 
-TEST_CASE("PV is checked, and a CO that is not known says so", "[watch]") {
+TEST_CASE("PV is checked, and an unknown CO is reported", "[watch]") {
   Rig rig;
   FakeSource::set(rig.source.inputs.process_variable, 43.0, rig.now_ns);
   rig.run();
@@ -259,7 +259,7 @@ TEST_CASE("PV is checked, and a CO that is not known says so", "[watch]") {
   CHECK(rig.reason() == Reason::source);
 }
 
-TEST_CASE("what is not wired is not known", "[watch]") {
+TEST_CASE("values that are not wired are unknown", "[watch]") {
   Rig rig(Wiring{});
   rig.run();
   CHECK(std::isnan(rig.row.sp));
@@ -268,7 +268,7 @@ TEST_CASE("what is not wired is not known", "[watch]") {
   CHECK(rig.channels.position_age_ms == -1.0F);
 }
 
-TEST_CASE("changes of fault and mode are told once", "[watch]") {
+TEST_CASE("changes of fault and mode are reported once", "[watch]") {
   Rig rig;
   rig.run();
   rig.run();

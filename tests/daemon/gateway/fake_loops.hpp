@@ -13,7 +13,7 @@
 
 namespace loopwarden::tests {
 
-// Loops that stand still, and remember what was asked of them.
+// Loops that never move, and that record the requests to them.
 class FakeLoops final : public daemon::gateway::LoopsView {
  public:
   explicit FakeLoops(std::size_t loops) {
@@ -53,7 +53,7 @@ class FakeLoops final : public daemon::gateway::LoopsView {
   }
   daemon::gateway::BoxReading box() override { return box_reading; }
   bool has_room_for_order(std::size_t) override { return room; }
-  // Every cycle takes every order.
+  // Every cycle takes every command.
   void order(std::size_t loop, const daemon::rt::Order& order,
              std::vector<daemon::journal::JournalEntry> of_order) override {
     orders.emplace_back(loop, order);

@@ -51,7 +51,7 @@ class Master {
   int fd_;
 };
 
-// A master that must be heard every 3 s, else all loops go to manual.
+// A master that must be heard every 3 s. Otherwise all loops change to manual.
 struct Bench {
   static GatewaySettings settings() {
     GatewaySettings settings;
@@ -80,14 +80,14 @@ struct Bench {
 
 }  // namespace
 
-TEST_CASE("while an acknowledgement waits for a slow disk, heartbeats are taken", "[gateway]") {
+TEST_CASE("while an acknowledgement waits for a slow disk, heartbeats are read", "[gateway]") {
   Bench bench;
   const Master operators(bench.gateway.port());
   const Master leader(bench.gateway.port());
   leader.send(heartbeat(1));
   bench.rounds(3);
   CHECK(leader.received() == heartbeat(1));
-  bench.loops.on_disk = 0;  // the disk takes its time
+  bench.loops.on_disk = 0;  // the disk is slow
   operators.send(kAcknowledgeAll);
   bench.rounds(2);
   REQUIRE(bench.loops.acknowledged_by.size() == 1);
@@ -105,7 +105,7 @@ TEST_CASE("while an acknowledgement waits for a slow disk, heartbeats are taken"
   CHECK(bench.loops.orders.empty());
 }
 
-TEST_CASE("a disk that does not answer keeps an acknowledgement for 250 ms, and only once",
+TEST_CASE("a disk that does not answer delays an acknowledgement by 250 ms, and only once",
           "[gateway]") {
   Bench bench;
   const Master master(bench.gateway.port());
@@ -119,13 +119,13 @@ TEST_CASE("a disk that does not answer keeps an acknowledgement for 250 ms, and 
   CHECK(master.received() == kAcknowledgeAll);
 }
 
-TEST_CASE("a round that was held up judges no heartbeat", "[gateway]") {
+TEST_CASE("a delayed round judges no heartbeat", "[gateway]") {
   Bench bench;
   const Master operators(bench.gateway.port());
   const Master leader(bench.gateway.port());
   leader.send(heartbeat(1));
   bench.rounds(3);
-  // Whatever holds the thread up: meanwhile the leader writes, and nobody reads it.
+  // The thread is held up. Meanwhile the leader writes, and its message is not read.
   bench.loops.on_action = [&] {
     leader.send(heartbeat(2));
     bench.pass(15.0);
@@ -135,7 +135,8 @@ TEST_CASE("a round that was held up judges no heartbeat", "[gateway]") {
   CHECK(leader.received().size() == 2 * heartbeat(1).size());
   CHECK_FALSE(bench.lost());
   CHECK(bench.loops.orders.empty());
-  // The leader falls silent for good. Loops that another controller has are none of his.
+  // The leader falls silent for good. Watched loops, which another controller runs, are not
+  // affected.
   bench.loops.watched = {58, 59};
   bench.loops.on_action = {};
   bench.rounds(29, 0.1);

@@ -78,7 +78,7 @@ TEST_CASE("the test constants in every word order", "[gateway][map]") {
   CHECK(at(ByteOrder::cdab) == Words{0x2000, 0x47F1, 0x0304, 0x0102});
   CHECK(at(ByteOrder::badc) == Words{0xF147, 0x0020, 0x0201, 0x0403});
   CHECK(at(ByteOrder::dcba) == Words{0x0020, 0xF147, 0x0403, 0x0201});
-  // Single registers are as Modbus has them in each.
+  // Single registers have the byte order of Modbus in each.
   for (const ByteOrder order :
        {ByteOrder::abcd, ByteOrder::cdab, ByteOrder::badc, ByteOrder::dcba}) {
     Bench bench(1, order);
@@ -87,7 +87,7 @@ TEST_CASE("the test constants in every word order", "[gateway][map]") {
   }
 }
 
-TEST_CASE("the box's block", "[gateway][map]") {
+TEST_CASE("the block of the host", "[gateway][map]") {
   Bench bench(3);
   CHECK(bench.box_word("heartbeat") == 4);  // 65540 s, wrapped
   CHECK(bench.box_word("loop_count") == 3);
@@ -111,7 +111,7 @@ TEST_CASE("the box's block", "[gateway][map]") {
   CHECK(bench.box_word("any_alarm_unacknowledged", Table::discrete_input) == 1);
 }
 
-TEST_CASE("a loop's block: values, scaled copies, and one sequence for the whole of it",
+TEST_CASE("a loop's block: values, scaled copies, and one sequence for all of it",
           "[gateway][map]") {
   Bench bench;
   CHECK(bench.number("sp") == 50.0F);
@@ -129,7 +129,7 @@ TEST_CASE("a loop's block: values, scaled copies, and one sequence for the whole
   CHECK(block.front() == block.back());
 }
 
-TEST_CASE("each bit of a loop says one thing, and each count of the box stands in its register",
+TEST_CASE("each bit of a loop has one meaning, and each count of the box is in its register",
           "[gateway][map]") {
   Bench bench;
   record::RecordRow& row = bench.plant.readings[0].row;
@@ -164,7 +164,7 @@ TEST_CASE("each bit of a loop says one thing, and each count of the box stands i
   CHECK(bench.box_word("status_bits") == 1 + 32);
 }
 
-TEST_CASE("what is not there is never sent as a number that is none", "[gateway][map]") {
+TEST_CASE("a missing value is never sent as a number", "[gateway][map]") {
   Bench bench;
   record::RecordRow& row = bench.plant.readings[0].row;
   row.pv = kNan;
@@ -184,13 +184,13 @@ TEST_CASE("what is not there is never sent as a number that is none", "[gateway]
     INFO(reg.name);
     CHECK(std::isfinite(bench.number(reg.name, 0, reg.table)));
   }
-  // The lowest number of a scaled copy is the mark of what is not there: nothing real takes it.
+  // The lowest number of a scaled copy marks a missing value: no real value uses it.
   row.pv = -1e6;
   row.pv_quality = 0xC0;
   CHECK(bench.word("pv_scaled") == 0x8001);
 }
 
-TEST_CASE("condition indices have a block of their own, and a mark where one is not known",
+TEST_CASE("condition indices have a separate block, and a mark for an unknown index",
           "[gateway][map]") {
   Bench bench;
   bench.plant.readings[1].watch.condition = {
@@ -199,7 +199,7 @@ TEST_CASE("condition indices have a block of their own, and a mark where one is 
   CHECK(bench.box_word("condition_stride") == 8);
   CHECK(bench.read(Table::input_register, 0xE008, 8) ==
         Words{9950, 0, 1234, 10'000, 0x8000, 0, 0, 0});
-  // The other loop's: nothing is known yet.
+  // The other loop: no index is known yet.
   CHECK(bench.read(Table::input_register, 0xE000, 5) == Words(5, 0x8000));
   Words words(9);
   CHECK(bench.bank.read(Table::input_register, 0xE008, words) == Exception::illegal_address);
@@ -217,8 +217,8 @@ TEST_CASE("alarms in registers and bits", "[gateway][map]") {
   CHECK(bench.word("active_backlash", 0, Table::discrete_input) == 1);
   CHECK(bench.word("active_stiction", 0, Table::discrete_input) == 0);
   CHECK(bench.word("unacknowledged_backlash", 0, Table::discrete_input) == 1);
-  CHECK(bench.word("alarm_backlash", 1) == 7);  // the other loop: nothing judged yet
-  on[4] = {true, 6.5};  // `unknown`: what is wrong is not known, so neither is its size
+  CHECK(bench.word("alarm_backlash", 1) == 7);  // the other loop: no window judged yet
+  on[4] = {true, 6.5};  // `unknown`: the cause is unknown, and so is its size
   alarms.window_judged(0, on);
   CHECK(bench.word("alarm_unknown") == 1);
   CHECK(bench.word("severity_unknown") == 0);
@@ -229,7 +229,7 @@ TEST_CASE("alarms in registers and bits", "[gateway][map]") {
   CHECK(bench.word("any_shelved", 0, Table::discrete_input) == 1);
 }
 
-TEST_CASE("reserved registers read 0, what is outside the map is refused", "[gateway][map]") {
+TEST_CASE("reserved registers read 0, addresses outside the map are refused", "[gateway][map]") {
   Bench bench(1);
   CHECK(bench.read(Table::input_register, 41, 2) == Words{32768, 32});
   CHECK(bench.read(Table::input_register, 43, 21) == Words(21, 0));
@@ -243,7 +243,7 @@ TEST_CASE("reserved registers read 0, what is outside the map is refused", "[gat
         Exception::illegal_address);
 }
 
-TEST_CASE("orders reach the loop, and the journal names peer, old and new value",
+TEST_CASE("commands reach the loop, and the journal names peer, old and new value",
           "[gateway][map]") {
   Bench bench;
   CHECK(bench.write("sp", Bench::words_of(55.5F), 1) == Exception::none);
@@ -279,7 +279,8 @@ TEST_CASE("orders reach the loop, and the journal names peer, old and new value"
   CHECK(last().kd == 1.0);
 }
 
-TEST_CASE("what the mode forbids is exception 06, and refused in the journal", "[gateway][map]") {
+TEST_CASE("a command that the mode forbids gets exception 06, and is refused in the journal",
+          "[gateway][map]") {
   Bench bench;
   rt::Standing& standing = bench.plant.readings[0].standing;
   const auto refused = [&](const char* reason) {
@@ -293,7 +294,7 @@ TEST_CASE("what the mode forbids is exception 06, and refused in the journal", "
     refused("in automatic the controller has the output");
     CHECK(bench.write("output_scaled", {1250}) == Exception::busy);
     refused("in automatic the controller has the output");
-    // What can't be is said before what can't be now.
+    // A request that can never succeed is refused before one that can't succeed now.
     CHECK(bench.write("output", Bench::words_of(100.5F)) == Exception::illegal_value);
     refused("output must be within 0 to 100 (got 100.5)");
   }
@@ -309,17 +310,17 @@ TEST_CASE("what the mode forbids is exception 06, and refused in the journal", "
     bench.plant.readings[0].settings.controller.set_point_tracks_in_manual = false;
     CHECK(bench.write("sp", Bench::words_of(55.0F)) == Exception::none);
   }
-  SECTION("automatic while it is not known where the output stands") {
+  SECTION("automatic while the position of the output is unknown") {
     standing = {.mode = control::Mode::manual, .output_known = false};
     CHECK(bench.write("mode", {1}) == Exception::busy);
     refused("not known");
   }
-  SECTION("automatic while a fault is there that ends in manual") {
+  SECTION("automatic during a fault that ends in manual") {
     standing = {.mode = control::Mode::manual, .output_known = true, .manual_after_fault = true};
     CHECK(bench.write("mode", {1}) == Exception::busy);
     refused("wait in manual");
   }
-  SECTION("too many orders at once") {
+  SECTION("too many commands at once") {
     bench.plant.room = false;
     CHECK(bench.write("sp", Bench::words_of(55.0F)) == Exception::busy);
     refused("too many commands at once");
@@ -327,7 +328,7 @@ TEST_CASE("what the mode forbids is exception 06, and refused in the journal", "
 }
 
 TEST_CASE(
-    "an output that is not known reads 0 and its scaled copy the mark, and any value orders it",
+    "an unknown output reads 0 and its scaled copy the mark, and any written value is a command",
     "[gateway][map]") {
   Bench bench;
   LoopReading& loop = bench.plant.readings[0];
@@ -339,7 +340,7 @@ TEST_CASE(
   CHECK(bench.word("co_scaled") == 0x8000);
   CHECK(bench.number("output", 0, Table::holding_register) == 0.0F);
   CHECK(bench.word("output_scaled", 0, Table::holding_register) == 0x8000);
-  // To close the valve is no less an order for that.
+  // Closing the valve is still a command.
   CHECK(bench.write("output", Bench::words_of(0.0F)) == Exception::none);
   CHECK(bench.write("output_scaled", {2500}) == Exception::none);
   REQUIRE(bench.plant.orders.size() == 2);
@@ -351,7 +352,7 @@ TEST_CASE(
   CHECK(bench.write("output_scaled", {0x8000}) == Exception::illegal_value);
 }
 
-TEST_CASE("a write of the value in force is no command: no order, no line", "[gateway][map]") {
+TEST_CASE("a write of the value in force is no command and no journal line", "[gateway][map]") {
   Bench bench;
   LoopReading& loop = bench.plant.readings[0];
   loop.settings.controller.pid.gains = {.kp = 0.1, .ki = 0.3, .kd = 0.0};
@@ -372,7 +373,8 @@ TEST_CASE("a write of the value in force is no command: no order, no line", "[ga
     CHECK(bench.write("kp", Bench::words_of(0.1F)) == Exception::none);
     CHECK(bench.write("ki", Bench::words_of(0.3F)) == Exception::none);
     CHECK(bench.write("kd", Bench::words_of(-0.0F)) == Exception::none);
-    // The whole of a loop's block as it reads: [mode, gap, sp, output, gains, scaled, shelves].
+    // The whole block of a loop as a master reads it: [mode, gap, sp, output, gains, scaled,
+    // shelves].
     CHECK(block(32, 19) == Exception::none);
   }
   CHECK(bench.plant.orders.empty());
@@ -383,7 +385,8 @@ TEST_CASE("a write of the value in force is no command: no order, no line", "[ga
   CHECK(bench.plant.lines.size() == 1);
 }
 
-TEST_CASE("of a block only what differs from the values in force is a command", "[gateway][map]") {
+TEST_CASE("in a block only the values that differ from those in force are commands",
+          "[gateway][map]") {
   Bench bench;
   Words block = bench.read(Table::holding_register, 32, 14);
   const Words sp = Bench::words_of(61.0F);
@@ -398,7 +401,7 @@ TEST_CASE("of a block only what differs from the values in force is a command", 
   CHECK(bench.plant.lines[0].what == "sp");
 }
 
-TEST_CASE("in manual the output in force is the ordered one, which the device may round",
+TEST_CASE("in manual the output in force is the commanded one, which the device may round",
           "[gateway][map]") {
   Bench bench;
   LoopReading& loop = bench.plant.readings[0];
@@ -411,7 +414,7 @@ TEST_CASE("in manual the output in force is the ordered one, which the device ma
   CHECK(bench.write("output_scaled", {3332}) == Exception::none);
   CHECK(bench.plant.orders.empty());
   CHECK(bench.plant.lines.empty());
-  // On its way to another output: to stop it here is a command.
+  // On its way to another output: a stop at this value is a command.
   loop.row.co = 20.0;
   CHECK(bench.write("output", Bench::words_of(20.0F)) == Exception::none);
   CHECK(bench.plant.orders.size() == 1);
@@ -419,7 +422,7 @@ TEST_CASE("in manual the output in force is the ordered one, which the device ma
   CHECK(bench.plant.orders.size() == 1);
 }
 
-TEST_CASE("values that only the new mode keeps are ordered with it", "[gateway][map]") {
+TEST_CASE("values that only the new mode keeps are commanded with it", "[gateway][map]") {
   Bench bench;
   LoopReading& loop = bench.plant.readings[0];
   Words words{1, 0};
@@ -442,8 +445,7 @@ TEST_CASE("values that only the new mode keeps are ordered with it", "[gateway][
   }
 }
 
-TEST_CASE("one request that writes mode and output is judged by the mode that it asks for",
-          "[gateway][map]") {
+TEST_CASE("one request with mode and output is judged by its own mode", "[gateway][map]") {
   Bench bench;
   const auto block = [](std::uint16_t mode, std::uint16_t gap, float sp, float output) {
     Words words{mode, gap};
@@ -464,12 +466,12 @@ TEST_CASE("one request that writes mode and output is judged by the mode that it
     CHECK(bench.plant.lines[0].what == "mode");
     CHECK(bench.plant.lines[1].what == "output");
   }
-  SECTION("manual, with a set point that would follow PV: nothing of it") {
+  SECTION("manual, with a set point that would follow PV: refused as a whole") {
     CHECK(bench.write("mode", block(0, 0, 55.0F, 30.0F)) == Exception::busy);
     CHECK(bench.plant.orders.empty());
     CHECK(bench.plant.lines.size() == 3);
   }
-  SECTION("automatic from manual, with a set point and the output that stands") {
+  SECTION("automatic from manual, with a set point and the present output") {
     bench.plant.readings[0].standing.mode = control::Mode::manual;
     CHECK(bench.write("mode", block(1, 0, 55.0F, 25.0F)) == Exception::none);
     REQUIRE(bench.plant.orders.size() == 1);
@@ -477,11 +479,11 @@ TEST_CASE("one request that writes mode and output is judged by the mode that it
     CHECK(bench.plant.orders[0].second.set_point == 55.0);
     CHECK_FALSE(bench.plant.orders[0].second.output);
   }
-  SECTION("automatic, with another output: nothing of it") {
+  SECTION("automatic, with another output: refused as a whole") {
     CHECK(bench.write("mode", block(1, 0, 55.0F, 30.0F)) == Exception::busy);
     CHECK(bench.plant.orders.empty());
   }
-  SECTION("the gap between two fields takes the 0 that it reads, nothing else, and not at an end") {
+  SECTION("the gap between two fields accepts only the 0 that it reads, and not at an end") {
     CHECK(bench.write("mode", block(0, 1, 60.0F, 30.0F)) == Exception::illegal_address);
     CHECK(bench.write("mode", {0, 0}) == Exception::illegal_address);
     CHECK(bench.bank.write(Table::holding_register, 33, Words{0, 0x4270, 0}, kMaster) ==
@@ -491,7 +493,7 @@ TEST_CASE("one request that writes mode and output is judged by the mode that it
 }
 
 TEST_CASE(
-    "jacket and compensator have registers of their own, in a block whose holding registers can't "
+    "jacket and compensator have separate registers, in a block whose holding registers can't "
     "be "
     "written but for model_gap",
     "[gateway][map]") {
@@ -513,10 +515,10 @@ TEST_CASE(
   CHECK(value(6) == 2.0F);
   CHECK(block[8] == 7);
   Words rest(23, 0);
-  rest[1] = 7;        // alarm_model_gap: suppressed, nothing has been judged
-  rest[15] = 0x8000;  // explanation_gap_closed: there is none
+  rest[1] = 7;        // alarm_model_gap: suppressed, no window has been judged
+  rest[15] = 0x8000;  // explanation_gap_closed: not available
   CHECK(Words(block.begin() + 9, block.end()) == rest);
-  // The old register is the jacket's alone.
+  // The old register belongs only to the jacket.
   CHECK(bench.number("jacket_rate", 1) == -0.25F);
   CHECK((bench.word("loop_bits", 1) & (16U | 64U)) == 64U);
   CHECK(bench.read(Table::coil, 32768, 8) == Words(8, 0));
@@ -559,7 +561,7 @@ TEST_CASE("the newest explanation of a loop's alarm can be read", "[gateway][map
   CHECK(bench.read(Table::holding_register, 32768 + 32 + 17, 1) == Words{2});
 }
 
-TEST_CASE("what is out of its limits, half, or no number is refused and changes nothing",
+TEST_CASE("a value out of its limits, half a value, or no number is refused without effect",
           "[gateway][map]") {
   Bench bench;
   CHECK(bench.write("sp", Bench::words_of(9.9F)) == Exception::illegal_value);
@@ -575,7 +577,7 @@ TEST_CASE("what is out of its limits, half, or no number is refused and changes 
   CHECK(bench.write("kp", Bench::words_of(-1.0F)) == Exception::illegal_value);
   CHECK(bench.write("sp_scaled", {9500}) == Exception::illegal_value);
   CHECK(bench.write("shelve_stiction", {481}) == Exception::illegal_value);
-  // The other half alone.
+  // Only the other half.
   const auto at = static_cast<std::uint16_t>(bench.address(Table::holding_register, "sp", 0) + 1);
   CHECK(bench.bank.write(Table::holding_register, at, Words{0}, kMaster) ==
         Exception::illegal_value);
@@ -590,7 +592,7 @@ TEST_CASE("a request is done as a whole or not at all", "[gateway][map]") {
   const Words ki = Bench::words_of(0.1F);
   const Words kd = Bench::words_of(-1.0F);  // not allowed
   gains.insert(gains.end(), ki.begin(), ki.end());
-  SECTION("all are in order") {
+  SECTION("all are valid") {
     CHECK(bench.write("kp", gains) == Exception::none);
     REQUIRE(bench.plant.orders.size() == 1);
     CHECK(bench.plant.orders[0].second.kp == 0.5);
@@ -609,7 +611,7 @@ TEST_CASE("a request is done as a whole or not at all", "[gateway][map]") {
   }
 }
 
-TEST_CASE("the veto of a corrective action is a coil that keeps what was written",
+TEST_CASE("the veto of a corrective action is a coil that keeps its written value",
           "[gateway][map]") {
   Bench bench;
   bench.plant.readings[1].watch.corrective = alarm::CorrectiveState::helping;
@@ -618,7 +620,7 @@ TEST_CASE("the veto of a corrective action is a coil that keeps what was written
   const auto veto = [&](std::uint16_t value) {
     CHECK(bench.write("veto_corrective_action", {value}, 1, Table::coil) == Exception::none);
   };
-  // A person's veto is not lifted by a master whose coil rests at 0.
+  // A master whose coil stays at 0 doesn't lift a person's veto.
   for (int second = 0; second < 3; ++second) veto(0);
   CHECK(bench.plant.vetoes.empty());
   veto(1);
@@ -633,7 +635,7 @@ TEST_CASE("the veto of a corrective action is a coil that keeps what was written
   CHECK(bench.read(Table::coil, 16 + 16 + 15, 1) == Words{1});
 }
 
-TEST_CASE("what corrective action offers is begun by a register, and what it gains can be read",
+TEST_CASE("a register begins an offered corrective action, and another has its gain",
           "[gateway][map]") {
   Bench bench;
   const auto calm = [&](std::uint16_t value) {
@@ -643,12 +645,12 @@ TEST_CASE("what corrective action offers is begun by a register, and what it gai
   using alarm::CorrectiveState;
   auto& corrective = bench.plant.readings[1].watch.corrective;
   CHECK(calm(0) == Exception::none);
-  CHECK(calm(1) == Exception::none);  // nothing is offered
+  CHECK(calm(1) == Exception::none);  // no proposal is pending
   CHECK(bench.plant.begun.empty());
   corrective = CorrectiveState::offered;
   CHECK(calm(0) == Exception::none);
   CHECK(bench.plant.begun.empty());
-  // A master that writes it each second orders it once, and not what is offered later.
+  // A master that writes it each second requests it once, and does not request a later offer.
   for (int second = 0; second < 60; ++second) {
     CHECK(calm(1) == Exception::none);
     if (second == 5) corrective = CorrectiveState::off;
@@ -660,7 +662,7 @@ TEST_CASE("what corrective action offers is begun by a register, and what it gai
   CHECK(calm(1) == Exception::none);
   CHECK(bench.plant.begun == Begun{1, 1});
   CHECK(calm(0) == Exception::none);
-  bench.plant.readings[1].watch.ordered = true;  // by a person: it is not yet taken
+  bench.plant.readings[1].watch.ordered = true;  // a person's command that is not yet taken
   CHECK(calm(1) == Exception::none);
   CHECK(calm(0) == Exception::none);
   bench.plant.readings[1].watch.ordered = false;
@@ -679,7 +681,7 @@ TEST_CASE("operators' actions through coils and the shelf", "[gateway][map]") {
   const auto coil = [&](const char* name, std::uint16_t value) {
     CHECK(bench.write(name, {value}, 1, Table::coil) == Exception::none);
   };
-  coil("acknowledge_hysteresis", 0);  // a momentary coil at rest
+  coil("acknowledge_hysteresis", 0);  // a momentary coil that stays at 0
   CHECK(bench.plant.actions.empty());
   coil("acknowledge_hysteresis", 1);
   coil("reset_stiction", 1);
@@ -705,7 +707,7 @@ TEST_CASE("operators' actions through coils and the shelf", "[gateway][map]") {
   CHECK(bench.read(Table::coil, 16, 15) == Words(15, 0));
 }
 
-TEST_CASE("a master that holds a shelf or a coil acts once, and one that rests at 0 never",
+TEST_CASE("a master that holds a shelf or a coil acts once, and one that holds 0 never",
           "[gateway][map]") {
   using Action = alarm::AlarmAction;
   Bench bench;
@@ -718,10 +720,10 @@ TEST_CASE("a master that holds a shelf or a coil acts once, and one that rests a
   };
   auto& alarms = bench.plant.readings[1].watch.alarms;
   const std::int64_t now_ms = bench.plant.box_reading.utc_ms;
-  SECTION("zeros leave a person's shelf alone") {
+  SECTION("zeros don't end a person's shelving") {
     REQUIRE(alarms.act(model_kind::stiction, Action::shelve, now_ms, now_ms + 3'600'000).accepted);
     for (int second = 0; second < 100; ++second) shelve(0);
-    // What is left of it, read and written back, is no new shelving.
+    // The remaining time, read and written back, is no new shelving.
     shelve(60);
     bench.plant.box_reading.utc_ms += 5'000;
     shelve(60);
@@ -729,10 +731,10 @@ TEST_CASE("a master that holds a shelf or a coil acts once, and one that rests a
     shelve(60);
     CHECK(actions() == 0);
   }
-  SECTION("minutes that are repeated are one shelving, and 0 ends it") {
+  SECTION("repeated minutes are one shelving, and 0 ends it") {
     for (int second = 0; second < 100; ++second) shelve(45);
     CHECK(actions() == 1);
-    shelve(0, {"10.0.0.8:7", true});  // another master, which rests
+    shelve(0, {"10.0.0.8:7", true});  // another master, which holds 0
     CHECK(actions() == 1);
     shelve(0);
     shelve(0);
@@ -744,7 +746,7 @@ TEST_CASE("a master that holds a shelf or a coil acts once, and one that rests a
     shelve(45, {"10.0.0.7:2000", true});  // hours later, without a 0 between, after a reconnection
     CHECK(actions() == 4);
   }
-  SECTION("a coil that is held acknowledges what was there, and nothing later") {
+  SECTION("a coil that is held acknowledges the present alarms, and no later ones") {
     for (int second = 0; second < 100; ++second) {
       CHECK(bench.write("acknowledge_stiction", {1}, 1, Table::coil) == Exception::none);
       CHECK(bench.bank.write(Table::coil, 0, Words{1}, kMaster) == Exception::none);
@@ -765,7 +767,7 @@ TEST_CASE("acknowledge_all is one action, however many loops there are", "[gatew
   CHECK(bench.plant.actions.empty());
 }
 
-TEST_CASE("a request that does several things waits for the last of them", "[gateway][map]") {
+TEST_CASE("a request with several commands waits for the last of them", "[gateway][map]") {
   Bench bench;
   const auto first =
       static_cast<std::uint16_t>(bench.address(Table::coil, "acknowledge_stiction", 0));
@@ -773,7 +775,7 @@ TEST_CASE("a request that does several things waits for the last of them", "[gat
   REQUIRE(bench.plant.newest_ticket == 3);
   CHECK(bench.bank.take_ticket() == 3);
   CHECK(bench.bank.take_ticket() == 0);
-  // What no operator does is not waited for.
+  // Writes that are no operator's command don't wait.
   CHECK(bench.bank.write(Table::holding_register, 0, Words{7}, kMaster) == Exception::none);
   CHECK(bench.bank.take_ticket() == 0);
 }
@@ -826,7 +828,7 @@ TEST_CASE("the master's heartbeat is kept, shown, and not journalled", "[gateway
   CHECK(bench.plant.lines.empty());
 }
 
-TEST_CASE("of a watched loop nothing can be written, alarms neither", "[map][watch]") {
+TEST_CASE("a watched loop has no writable registers, alarms included", "[map][watch]") {
   Bench bench(3);
   bench.plant.watched = {1};
   for (const registers::Register& reg : registers::registers()) {
@@ -845,7 +847,7 @@ TEST_CASE("of a watched loop nothing can be written, alarms neither", "[map][wat
   for (const auto& [loop, vetoed] : bench.plant.vetoes) CHECK(loop == 2);
 }
 
-TEST_CASE("of a loop that is being commissioned manual alone can be written, and ends that",
+TEST_CASE("in a loop that is being commissioned only manual can be written, and ends that",
           "[map]") {
   Bench bench(3);
   bench.plant.commissioned = {1};
@@ -858,7 +860,7 @@ TEST_CASE("of a loop that is being commissioned manual alone can be written, and
   }
   CHECK(bench.plant.orders.empty());
   CHECK(bench.plant.commissioned.contains(1));
-  // Manual that is in force takes nothing back, however often a master repeats it.
+  // While manual is in force, repeating it takes no loop back from its commissioning.
   bench.plant.readings[1].standing.mode = control::Mode::manual;
   Words block{0, 0};
   for (const float value : {60.0F, 25.0F}) {
@@ -880,9 +882,9 @@ TEST_CASE("of a loop that is being commissioned manual alone can be written, and
   CHECK(bench.write("sp", Bench::words_of(55.5F), 1) == Exception::none);
 }
 
-TEST_CASE("watched loops that come or go leave the registers of those controlled here as they were",
+TEST_CASE("added or removed watched loops keep the registers of the controlled ones",
           "[map][watch]") {
-  // As the configuration orders them: controlled here first.
+  // In the order of the configuration: controlled here first.
   const auto registers_of_two = [](std::size_t loops) {
     Bench bench(loops);
     std::vector<Words> all;
@@ -901,7 +903,7 @@ TEST_CASE("watched loops that come or go leave the registers of those controlled
   CHECK(registers_of_two(2000) == alone);
 }
 
-TEST_CASE("from loop 896 on there is no block, and the count says so", "[map][watch]") {
+TEST_CASE("from loop 896 on there is no block, and the count shows this", "[map][watch]") {
   Bench bench(900);
   CHECK(bench.box_word("loop_count") == registers::kMostLoops);
   CHECK(registers::kMostLoops == 895);

@@ -13,12 +13,12 @@ constexpr std::int64_t kRound = kSecond / 10;
 struct Rounds {
   explicit Rounds(const MasterHeartbeatSettings& settings) : watch(settings) {}
 
-  // A round, so long after the last one.
+  // Makes a round, this long after the last one.
   Event step(std::int64_t after_ns, bool written, std::uint16_t value) {
     value_ = value;
     return watch.step(now_ns_ += after_ns, written, value);
   }
-  // Rounds without a heartbeat; the first event, if there was one.
+  // Makes rounds without a heartbeat; returns the first event, if there was one.
   Event silent_for(std::int64_t duration_ns) {
     Event first = Event::none;
     for (std::int64_t t = 0; t < duration_ns; t += kRound) {
@@ -37,7 +37,7 @@ struct Rounds {
 
 }  // namespace
 
-TEST_CASE("a master that was there and falls silent is lost once, and back once", "[gateway]") {
+TEST_CASE("a master that falls silent is lost once, and back once", "[gateway]") {
   Rounds rounds({.timeout_s = 3.0, .action = MasterLossAction::manual});
   CHECK(rounds.silent_for(100 * kSecond) == Event::none);  // never there: never lost
   CHECK(rounds.step(kRound, true, 0) == Event::none);
@@ -66,16 +66,16 @@ TEST_CASE("a pause of the server is no silence of the master", "[gateway]") {
   rounds.step(kRound, true, 1);
   rounds.silent_for(2 * kSecond);
   CHECK(rounds.step(15 * kSecond, false, 1) == Event::none);
-  CHECK(rounds.step(kRound, true, 2) == Event::none);  // it had waited in the socket
+  CHECK(rounds.step(kRound, true, 2) == Event::none);  // the message had waited in the socket
   CHECK_FALSE(rounds.watch.lost());
 
-  // Even where little is left, the round after the pause judges nobody; the one that follows does.
+  // Even with little time left, the round after the pause judges no master. The next round does.
   rounds.silent_for(3 * kSecond - kRound);
   CHECK(rounds.step(15 * kSecond, false, 2) == Event::none);
   CHECK(rounds.step(kRound, false, 2) == Event::lost);
 }
 
-TEST_CASE("where every round is late the master is watched all the same", "[gateway]") {
+TEST_CASE("the master is watched even if every round is late", "[gateway]") {
   Rounds rounds({.timeout_s = 3.0, .action = MasterLossAction::manual});
   rounds.step(kRound, true, 1);
   Event event = Event::none;
@@ -83,7 +83,7 @@ TEST_CASE("where every round is late the master is watched all the same", "[gate
   CHECK(event == Event::lost);
 }
 
-TEST_CASE("without a timeout nobody is watched", "[gateway]") {
+TEST_CASE("without a timeout no master is watched", "[gateway]") {
   MasterWatch watch({});
   watch.step(0, true, 1);
   CHECK(watch.step(1'000'000 * kSecond, false, 1) == Event::none);

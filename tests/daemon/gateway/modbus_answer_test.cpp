@@ -12,7 +12,7 @@ namespace {
 using registers::Table;
 using Bytes = std::vector<std::uint8_t>;
 
-// 100 addresses in each table; a read gives the address itself, for bits its lowest bit.
+// 100 addresses in each table. A read returns the address itself, for bits its lowest bit.
 class CountingBank final : public RegisterBank {
  public:
   Exception read(Table table, std::uint16_t address, std::span<std::uint16_t> values) override {
@@ -59,7 +59,7 @@ TEST_CASE("the specification's requests, byte for byte", "[gateway][pdu]") {
   CHECK(ask(bank, {2, 0, 0, 0, 3}) == Bytes{2, 1, 0x02});
   CHECK(bank.tables == std::vector<Table>{Table::holding_register, Table::input_register,
                                           Table::coil, Table::discrete_input});
-  // Writes are answered with what was asked.
+  // Writes are answered with the request.
   CHECK(ask(bank, {6, 0, 9, 0x12, 0x34}) == Bytes{6, 0, 9, 0x12, 0x34});
   CHECK(bank.written == std::vector<std::uint16_t>{0x1234});
   CHECK(bank.written_at == 9);
@@ -72,7 +72,7 @@ TEST_CASE("the specification's requests, byte for byte", "[gateway][pdu]") {
   CHECK(bank.written == std::vector<std::uint16_t>{1, 0, 1, 1, 0, 0, 1, 1, 1, 0});
 }
 
-TEST_CASE("what a request may not be", "[gateway][pdu]") {
+TEST_CASE("invalid requests", "[gateway][pdu]") {
   struct Case {
     Bytes request;
     std::uint8_t exception;
@@ -130,7 +130,7 @@ TEST_CASE("the largest requests fit", "[gateway][pdu]") {
   CHECK(ask(bank, write) == Bytes{16, 0, 0, 0, 123});
 }
 
-TEST_CASE("to whom writing is closed the function does not exist", "[gateway][pdu]") {
+TEST_CASE("a client without write access gets an illegal function", "[gateway][pdu]") {
   CountingBank bank;
   for (const Bytes& request : {Bytes{5, 0, 0, 0xFF, 0}, Bytes{6, 0, 0, 0, 1},
                                Bytes{15, 0, 0, 0, 1, 1, 1}, Bytes{16, 0, 0, 0, 1, 2, 0, 1}}) {
@@ -152,7 +152,7 @@ TEST_CASE("device identification: vendor, product, revision", "[gateway][pdu]") 
   CHECK(revision == Bytes{43, 14, 4, 0x82, 0, 0, 1, 2, 5, '1', '.', '2', '.', '3'});
   CHECK(ask(bank, {43, 14, 2, 0})[6] == 5);
   CHECK(ask(bank, {43, 14, 2, 4})[6] == 1);
-  CHECK(ask(bank, {43, 14, 1, 200})[6] == 3);  // begins anew
+  CHECK(ask(bank, {43, 14, 1, 200})[6] == 3);  // starts again
 
   const DeviceIdentity talkative{.vendor = std::string(500, 'v'),
                                  .product_code = std::string(500, 'p'),

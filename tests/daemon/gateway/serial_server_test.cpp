@@ -26,7 +26,7 @@ Bytes framed(Bytes bytes) {
   return bytes;
 }
 
-// A line with the server at one end; it answers every request with its own bytes.
+// A line with the server at one end. It answers every request with its own bytes.
 struct Bench {
   explicit Bench(std::uint8_t unit = 7) {
     std::array<char, 128> path{};
@@ -56,7 +56,7 @@ struct Bench {
     REQUIRE(::write(master, bytes.data(), bytes.size()) == static_cast<ssize_t>(bytes.size()));
     server->serve();
   }
-  // Time passes without a byte.
+  // Lets time pass without a byte.
   void silence(double ms) {
     clock.sleep_until_ns(clock.now_ns() + static_cast<std::int64_t>(ms * 1e6));
     server->serve();
@@ -73,7 +73,7 @@ struct Bench {
   int slave = -1;
   std::vector<Bytes> asked;
   bool may_write = true;
-  std::function<bool()> ready;  // of the next answers
+  std::function<bool()> ready;  // readiness of the next answers
   std::unique_ptr<SerialServer> server;
 };
 
@@ -81,7 +81,7 @@ const Bytes kRead{7, 4, 0, 14, 0, 2};
 
 }  // namespace
 
-TEST_CASE("checksum and size of a request as the specification has them", "[serial_server]") {
+TEST_CASE("checksum and size of a request follow the specification", "[serial_server]") {
   // MODBUS over Serial Line V1.02, section 6.2.2: 02 07 gives 12 41 with the low byte first.
   CHECK(serial_checksum(Bytes{2, 7}) == 0x1241);
   CHECK(serial_request_size(kRead) == 8);
@@ -109,7 +109,7 @@ TEST_CASE("a request is answered after the silence that ends it", "[serial_serve
   CHECK(bench.server->patience() > std::chrono::milliseconds(100));
 }
 
-TEST_CASE("a request in pieces, as busy machines and USB adapters make them", "[serial_server]") {
+TEST_CASE("a request in pieces, as from loaded hosts and USB adapters", "[serial_server]") {
   Bench bench;
   const Bytes whole = framed(kRead);
   for (const std::uint8_t byte : whole) {
@@ -117,7 +117,7 @@ TEST_CASE("a request in pieces, as busy machines and USB adapters make them", "[
     bench.silence(30.0);
   }
   CHECK(bench.asked.size() == 1);
-  // Too long a pause ends it, and what follows is not taken for its rest.
+  // Too long a pause ends the request, and later bytes don't belong to it.
   bench.send(Bytes(whole.begin(), whole.begin() + 5));
   bench.silence(60.0);
   CHECK(bench.server->counters().malformed == 1);
@@ -126,7 +126,7 @@ TEST_CASE("a request in pieces, as busy machines and USB adapters make them", "[
   CHECK(bench.asked.size() == 2);
 }
 
-TEST_CASE("others' requests and answers pass by; a broadcast is done and not answered",
+TEST_CASE("others' requests and answers are ignored; a broadcast is done and not answered",
           "[serial_server]") {
   Bench bench;
   bench.send(framed({9, 4, 0, 14, 0, 2}));
@@ -162,7 +162,7 @@ TEST_CASE("noise on the line: counted, and the next request is answered", "[seri
   CHECK(bench.asked.size() == 1);
 }
 
-TEST_CASE("an answer that waits goes out when it may, or never once the master speaks again",
+TEST_CASE("a waiting answer is sent when it may, or never once the master speaks again",
           "[serial_server]") {
   Bench bench;
   bool there = false;
@@ -189,14 +189,14 @@ TEST_CASE("an answer that waits goes out when it may, or never once the master s
   CHECK(bench.received() == framed(second));
 }
 
-TEST_CASE("a line that goes is reported and opened again", "[serial_server]") {
+TEST_CASE("a lost line is reported and opened again", "[serial_server]") {
   Bench bench;
   ::close(bench.master);
   bench.master = -1;
   bench.server->serve();
   CHECK(bench.server->fd() == -1);
   CHECK_FALSE(bench.server->counters().open);
-  bench.silence(6000.0);  // tries, and does not throw
+  bench.silence(6000.0);  // tries without an exception
   SerialServerSettings settings;
   settings.line.device = "/dev/null/nowhere";
   SerialServer none(settings, bench.clock, {});

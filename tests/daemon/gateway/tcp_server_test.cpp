@@ -26,7 +26,7 @@ namespace {
 using Bytes = std::vector<std::uint8_t>;
 constexpr std::chrono::milliseconds kNoWait{0};
 
-// A client's end of a connection, as any program could hold it.
+// The client's end of a connection, as in any program.
 class Client {
  public:
   explicit Client(std::uint16_t port) : fd_(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
@@ -80,7 +80,7 @@ Bytes frame(std::uint16_t transaction, std::uint8_t unit, const Bytes& pdu) {
 
 const Bytes kAsk{3, 0, 0, 0, 1};
 
-// Answers every request with its own bytes; time stands still unless it is moved.
+// Answers every request with its own bytes. The clock moves only if the test moves it.
 struct Bench {
   explicit Bench(TcpServerSettings settings = {}, const char* network = "127.0.0.0/8") {
     settings.port = 0;
@@ -109,7 +109,7 @@ struct Bench {
 
   tests::FakeClock clock;
   Peer last_peer;
-  std::function<bool()> ready;  // of the next answers
+  std::function<bool()> ready;  // readiness of the next answers
   std::unique_ptr<TcpServer> server;
 };
 
@@ -133,7 +133,7 @@ TEST_CASE("a request is answered under its own transaction and unit", "[gateway]
   CHECK(client->received() == frame(8, 9, {0x83, 0x0B}));
 }
 
-TEST_CASE("without descriptors the server rests, and serves who waited when there are some",
+TEST_CASE("without descriptors the server pauses, and later serves the waiting clients",
           "[gateway][tcp]") {
   Bench bench;
   const Client client(bench.server->port());
@@ -145,7 +145,7 @@ TEST_CASE("without descriptors the server rests, and serves who waited when ther
   bench.rounds(1);
   setrlimit(RLIMIT_NOFILE, &before);
   bench.rounds(3);
-  CHECK(client.received().empty());  // it does not look again at once
+  CHECK(client.received().empty());  // the next attempt is made later
   bench.pass(1.0);
   bench.rounds(3);
   CHECK(client.received() == frame(1, 1, kAsk));
@@ -168,7 +168,7 @@ TEST_CASE("a listening socket of the service manager is taken over", "[gateway][
   CHECK(client->received() == frame(2, 1, kAsk));
 }
 
-TEST_CASE("requests come in pieces, or several at once", "[gateway][tcp]") {
+TEST_CASE("requests arrive in pieces, or several at once", "[gateway][tcp]") {
   Bench bench;
   const auto client = bench.connect();
   Bytes many;
@@ -190,7 +190,7 @@ TEST_CASE("requests come in pieces, or several at once", "[gateway][tcp]") {
   CHECK(client->received() == many);
 }
 
-TEST_CASE("what is no Modbus ends the connection, and nobody else's", "[gateway][tcp]") {
+TEST_CASE("a message that is no Modbus ends its own connection only", "[gateway][tcp]") {
   Bench bench;
   const auto other = bench.connect();
   const Bytes nonsense = GENERATE(Bytes{'G', 'E', 'T', ' '}, Bytes{0, 1, 0, 7, 0, 6, 1},
@@ -206,7 +206,7 @@ TEST_CASE("what is no Modbus ends the connection, and nobody else's", "[gateway]
   CHECK(other->received() == frame(1, 1, kAsk));
 }
 
-TEST_CASE("who is not on the list is turned away", "[gateway][tcp]") {
+TEST_CASE("a client that is not on the list is turned away", "[gateway][tcp]") {
   Bench bench({}, "10.0.0.0/8");
   const auto client = bench.connect();
   CHECK(client->closed());
@@ -214,12 +214,13 @@ TEST_CASE("who is not on the list is turned away", "[gateway][tcp]") {
   CHECK(bench.server->counters().clients == 0);
 }
 
-TEST_CASE("a client that asks for nothing sound goes after the idle time", "[gateway][tcp]") {
+TEST_CASE("a client without a valid request is disconnected after the idle time",
+          "[gateway][tcp]") {
   Bench bench({.idle_timeout_s = 60.0});
   const auto silent = bench.connect();
   const auto slow = bench.connect();
   const auto sound = bench.connect();
-  for (int i = 0; i < 7; ++i) {  // one byte of a request each ten seconds
+  for (int i = 0; i < 7; ++i) {  // one byte of a request every ten seconds
     bench.pass(10.0);
     slow->send({0});
     sound->send(frame(1, 1, kAsk));
@@ -247,7 +248,7 @@ TEST_CASE("a client that hangs up is forgotten; half-open ones are served to the
   CHECK(bench.server->counters().clients == 0);
 }
 
-TEST_CASE("200 connections: those that are of use keep their places", "[gateway][tcp]") {
+TEST_CASE("200 connections: the useful ones keep their places", "[gateway][tcp]") {
   Bench bench({.most_clients = 8});
   const auto master = bench.connect();
   master->send(frame(1, 1, kAsk));
@@ -266,7 +267,8 @@ TEST_CASE("200 connections: those that are of use keep their places", "[gateway]
   CHECK(master->received() == frame(2, 1, kAsk));
 }
 
-TEST_CASE("among those that were of use the longest silent one goes first", "[gateway][tcp]") {
+TEST_CASE("among the useful clients the longest silent one is disconnected first",
+          "[gateway][tcp]") {
   Bench bench({.most_clients = 2});
   const auto old = bench.connect();
   const auto recent = bench.connect();
@@ -305,7 +307,7 @@ TEST_CASE("a client that asks too often waits, the others do not", "[gateway][tc
     bench.pass(1.0);
     bench.rounds(20);
   }
-  CHECK(greedy->received().size() == 25 * size);  // nothing was lost
+  CHECK(greedy->received().size() == 25 * size);  // no answer was lost
   CHECK_FALSE(greedy->closed());
 }
 
@@ -324,11 +326,11 @@ TEST_CASE("a client that never reads its answers is not read from", "[gateway][t
       CHECK(other->received() == frame(1, 1, kAsk));
     }
   }
-  // The server holds one answer for it, whatever it sends.
+  // The server holds at most one answer for it.
   CHECK(bench.server->counters().requests < 4'000);
 }
 
-TEST_CASE("an answer that waits keeps its client waiting, and nobody else", "[gateway][tcp]") {
+TEST_CASE("a waiting answer keeps only its client waiting", "[gateway][tcp]") {
   Bench bench;
   const auto waits = bench.connect();
   const auto other = bench.connect();
@@ -352,7 +354,7 @@ TEST_CASE("an answer that waits keeps its client waiting, and nobody else", "[ga
   CHECK(waits->received() == both);
 }
 
-TEST_CASE("a client that went while its answer waited is forgotten with it", "[gateway][tcp]") {
+TEST_CASE("a client that left while its answer waited is forgotten with it", "[gateway][tcp]") {
   Bench bench;
   auto waits = bench.connect();
   bool there = false;
@@ -389,7 +391,7 @@ TEST_CASE("random and mutated frames: the server lives and serves the others", "
   }
 }
 
-TEST_CASE("a port that is taken is said to be", "[gateway][tcp]") {
+TEST_CASE("a port that is in use is reported", "[gateway][tcp]") {
   Bench bench;
   TcpServerSettings settings;
   settings.port = bench.server->port();

@@ -28,7 +28,7 @@ BoxLook healthy(std::int64_t monotonic_ms) {
           .failed_services = std::vector<std::string>{}};
 }
 
-// A certificate of its own signature.
+// Makes a self-signed certificate.
 void make_certificate(const std::string& file, int days) {
   REQUIRE(tests::run("openssl req -x509 -newkey ec -pkeyopt ec_paramgen_curve:P-256 -nodes -days " +
                      std::to_string(days) + " -subj /CN=box -keyout /dev/null -out " + file +
@@ -41,7 +41,7 @@ std::string why(const BoxReport& report, BoxAlarm kind) { return report.why[inde
 
 }  // namespace
 
-TEST_CASE("a healthy box has no alarm", "[box]") {
+TEST_CASE("a healthy host has no alarm", "[box]") {
   BoxJudge judge;
   for (std::int64_t t = 0; t < 50'000; t += 5'000) {
     const BoxReport report = judge.judge(healthy(t));
@@ -66,8 +66,9 @@ TEST_CASE("a disk without room, or one that the journal can't write on", "[box]"
   CHECK_FALSE(judge.judge(look).found[index_of(BoxAlarm::disk_full)]);
 }
 
-TEST_CASE("a disk that hangs is told after 10 s; what it alone knows is not told meanwhile",
-          "[box]") {
+TEST_CASE(
+    "a hung disk is reported after 10 s; conditions that only it knows are not reported meanwhile",
+    "[box]") {
   BoxJudge judge;
   BoxLook look = healthy(0);
   look.disk.reset();
@@ -80,7 +81,7 @@ TEST_CASE("a disk that hangs is told after 10 s; what it alone knows is not told
   CHECK_FALSE(on(judge.judge(look), BoxAlarm::feeder_lost));
 }
 
-TEST_CASE("a clock that is set is told for ten minutes; one that is slewed is not", "[box]") {
+TEST_CASE("a clock that is set is reported for ten minutes; a slewed one is not", "[box]") {
   BoxJudge judge;
   judge.judge(healthy(0));
   BoxLook look = healthy(5'000);
@@ -99,7 +100,7 @@ TEST_CASE("a clock that is set is told for ten minutes; one that is slewed is no
   CHECK_FALSE(on(judge.judge(look), BoxAlarm::clock_stepped));
 }
 
-TEST_CASE("feeders and services are named; without systemd nothing is said", "[box]") {
+TEST_CASE("feeders and services are named; without systemd no service is reported", "[box]") {
   BoxJudge judge;
   BoxLook look = healthy(0);
   look.lost_feeders = {"opcua", "mqtt"};
@@ -111,7 +112,7 @@ TEST_CASE("feeders and services are named; without systemd nothing is said", "[b
   CHECK_FALSE(judge.judge(look).found[index_of(BoxAlarm::service_failed)]);
 }
 
-TEST_CASE("cycles that were dropped before the start are no news", "[box]") {
+TEST_CASE("cycles that were dropped before the start are not reported", "[box]") {
   BoxJudge judge;
   BoxLook look = healthy(0);
   look.dropped = 7;
@@ -153,7 +154,7 @@ TEST_CASE("the end of a certificate is read from its file", "[box]") {
   CHECK_FALSE(host::end_of_certificate((folder / "missing.pem").string()));
 }
 
-TEST_CASE("a certificate that was renewed is no longer told at the next look", "[box]") {
+TEST_CASE("a renewed certificate is not reported any more at the next look", "[box]") {
   const tests::TemporaryFolder folder;
   const std::string file = (folder / "box.pem").string();
   BoxJudge judge;

@@ -63,7 +63,7 @@ void sql(const std::filesystem::path& file, const char* text) {
 
 }  // namespace
 
-TEST_CASE("a line comes back as it was posted", "[journal]") {
+TEST_CASE("a line is read back as it was posted", "[journal]") {
   const tests::TemporaryFolder folder;
   Journal journal(settings_in(folder));
   CHECK(journal.open().memories.empty());
@@ -102,7 +102,7 @@ TEST_CASE("a line comes back as it was posted", "[journal]") {
   CHECK(journal.status().error.empty());
 }
 
-TEST_CASE("lines are searched by what stands in them, and by nothing else", "[journal]") {
+TEST_CASE("lines are searched only by their content", "[journal]") {
   const tests::TemporaryFolder folder;
   Journal journal(settings_in(folder));
   journal.open();
@@ -131,18 +131,18 @@ TEST_CASE("lines are searched by what stands in them, and by nothing else", "[jo
   CHECK(ids({.loop = "FIC-101", .kind = Kind::register_write}) == Ids{4, 2});
   CHECK(ids({.from_ms = 1007, .to_ms = 1008}) == Ids{9, 8});
   CHECK(ids({.most = 2, .text = "aNNa"}) == Ids{10, 9});
-  // What means something to SQL is text here.
+  // Characters with a meaning in SQL are text here.
   CHECK(ids({.text = "% SURE_"}) == Ids{4});
   CHECK(ids({.text = "%"}) == Ids{4});
   CHECK(ids({.text = "100_%"}).empty());
   CHECK(ids({.text = "' OR '1'='1"}).empty());
   CHECK(ids({.loop = "FIC-101' OR 1=1 --"}).empty());
-  // Fields are not read across their borders.
+  // A search does not match across the borders of fields.
   CHECK(ids({.text = "point3"}).empty());
   CHECK(ids({.most = 0}).empty());
 }
 
-TEST_CASE("what came is found by its time, in a journal from before there was an index for it, too",
+TEST_CASE("raised alarms are found by their time, also in a journal older than the index",
           "[journal]") {
   const tests::TemporaryFolder folder;
   const auto post = [](Journal& journal, std::int64_t utc_ms, const std::string& from,
@@ -165,7 +165,7 @@ TEST_CASE("what came is found by its time, in a journal from before there was an
     post(journal, 3000, "shelved", "unacknowledged");
     post(journal, 3500, "acknowledged", "unacknowledged");
     post(journal, 3600, "unacknowledged", "unacknowledged");
-    // A clock that was set back.
+    // The clock was set back.
     post(journal, 900, "suppressed", "unacknowledged");
     JournalEntry order;
     order.kind = Kind::operator_action;
@@ -197,7 +197,7 @@ TEST_CASE("what came is found by its time, in a journal from before there was an
   CHECK(index.step());
 }
 
-TEST_CASE("lines can't be changed, and the oldest go beyond the limit", "[journal]") {
+TEST_CASE("lines can't be changed, and the oldest are deleted beyond the limit", "[journal]") {
   const tests::TemporaryFolder folder;
   JournalSettings settings = settings_in(folder);
   settings.most_rows = 5;
@@ -218,7 +218,7 @@ TEST_CASE("lines can't be changed, and the oldest go beyond the limit", "[journa
   sqlite3_close(db);
 }
 
-TEST_CASE("what the alarms remember survives a restart", "[journal]") {
+TEST_CASE("the memory of the alarms survives a restart", "[journal]") {
   const tests::TemporaryFolder folder;
   {
     Journal journal(settings_in(folder));
@@ -227,7 +227,7 @@ TEST_CASE("what the alarms remember survives a restart", "[journal]") {
     journal.post(transition("FIC-101", AlarmState::unacknowledged));
     journal.post(transition("FIC-102", AlarmState::unacknowledged));
     journal.post(transition("FIC-101", AlarmState::acknowledged, 3));
-  }  // stop() writes what is waiting
+  }  // stop() writes the waiting lines
   Journal journal(settings_in(folder));
   const AlarmStates states = journal.open();
   REQUIRE(states.memories.size() == 2);
@@ -235,7 +235,7 @@ TEST_CASE("what the alarms remember survives a restart", "[journal]") {
   CHECK(states.memories.at({"FIC-102", "stiction"}) == remembered(AlarmState::unacknowledged));
 }
 
-TEST_CASE("killed at any moment, nothing is taken back that was said to be done", "[journal]") {
+TEST_CASE("after a kill at any moment, each line that was confirmed is kept", "[journal]") {
   const tests::TemporaryFolder folder;
   for (int round = 0; round < 5; ++round) {
     std::array<int, 2> done{};
@@ -255,7 +255,7 @@ TEST_CASE("killed at any moment, nothing is taken back that was said to be done"
     }
     ::close(done[1]);
     std::uint32_t told = 0;
-    // Another moment of the writing in each round.
+    // Each round kills at another moment of the writing.
     for (int i = 0; i < 3 + 5 * round; ++i) {
       REQUIRE(::read(done[0], &told, sizeof told) == static_cast<ssize_t>(sizeof told));
     }
@@ -271,7 +271,7 @@ TEST_CASE("killed at any moment, nothing is taken back that was said to be done"
   }
 }
 
-TEST_CASE("a damaged file is moved aside, and the alarms remember all the same", "[journal]") {
+TEST_CASE("a damaged file is moved aside, and the alarms keep their memory", "[journal]") {
   const tests::TemporaryFolder folder;
   const std::filesystem::path file = folder / "journal.sqlite";
   {
@@ -286,7 +286,7 @@ TEST_CASE("a damaged file is moved aside, and the alarms remember all the same",
     std::filesystem::remove(file);
     sql(file, "CREATE TABLE recipes(name TEXT)");
   }
-  SECTION("a table is gone") { sql(file, "DROP TABLE alarm_state"); }
+  SECTION("a table is missing") { sql(file, "DROP TABLE alarm_state"); }
   Journal journal(settings_in(folder));
   const AlarmStates states = journal.open();
   CHECK(states.memories.at({"FIC-101", "stiction"}) == remembered(AlarmState::acknowledged));
@@ -310,7 +310,7 @@ TEST_CASE("a damaged file is moved aside, and the alarms remember all the same",
   CHECK(again.status().damaged == 0);
 }
 
-TEST_CASE("a journal of a later version stays as it is; lines wait in memory, and it is said why",
+TEST_CASE("a journal of a later version is not changed; lines wait in memory, with the reason",
           "[journal]") {
   const tests::TemporaryFolder folder;
   const std::filesystem::path file = folder / "journal.sqlite";
@@ -335,14 +335,14 @@ TEST_CASE("a journal of a later version stays as it is; lines wait in memory, an
   for (const auto& entry : std::filesystem::directory_iterator(folder.path())) {
     CHECK(entry.path().string().find(".damaged-") == std::string::npos);
   }
-  // Moved away by hand: a new one begins, with what waited.
+  // Moved away manually: a new journal begins, with the waiting lines.
   std::filesystem::rename(file, folder / "kept");
   REQUIRE(test::eventually([&] { return journal.status().waiting == 0; }));
   CHECK(journal.newest(10).size() == 1);
   CHECK(journal.status().error.empty());
 }
 
-TEST_CASE("the copy alone is damaged: the journal is enough", "[journal]") {
+TEST_CASE("if only the copy is damaged, the journal is enough", "[journal]") {
   const tests::TemporaryFolder folder;
   {
     Journal journal(settings_in(folder));
@@ -363,7 +363,7 @@ TEST_CASE("the copy alone is damaged: the journal is enough", "[journal]") {
   CHECK(journal.open().memories.at({"FIC-101", "stiction"}).raised == AlarmState::acknowledged);
 }
 
-TEST_CASE("a disk that refuses: lines wait, are counted, and come when there is room",
+TEST_CASE("a disk that refuses: lines wait, are counted, and are written when there is room",
           "[journal]") {
   const tests::TemporaryFolder folder;
   JournalSettings settings = settings_in(folder);
@@ -386,12 +386,12 @@ TEST_CASE("a disk that refuses: lines wait, are counted, and come when there is 
   CHECK(journal.status().error.empty());
   CHECK(journal.status().written == 51);
   journal.stop();
-  // The line of the acknowledgement found no room, but what it meant was not lost.
+  // The line of the acknowledgement found no room, but its effect was kept.
   Journal again(settings);
   CHECK(again.open().memories.at({"FIC-101", "stiction"}).raised == AlarmState::acknowledged);
 }
 
-TEST_CASE("a folder that can't be written: the journal says so and goes on", "[journal]") {
+TEST_CASE("a folder that can't be written: the journal reports it and continues", "[journal]") {
   const tests::TemporaryFolder folder;
   tests::write_file(folder / "file", "in the way");
   JournalSettings settings = settings_in(folder);

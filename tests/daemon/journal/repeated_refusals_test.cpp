@@ -27,13 +27,13 @@ JournalEntry refused(const std::string& value, std::int64_t utc_ms,
 
 }  // namespace
 
-TEST_CASE("a refusal that a master repeats each second is one line for each value", "[journal]") {
+TEST_CASE("a refusal that a master repeats each second is one line per value", "[journal]") {
   RepeatedRefusals refusals;
   std::int64_t now_ms = 1'800'000'000'000;
   int lines = 0;
   const auto write = [&](const std::string& value) {
     now_ms += 1000;
-    // A port is no other peer.
+    // Another port is not another peer.
     if (!refusals.repeats(refused(value, now_ms, "10.0.0.7:" + std::to_string(now_ms % 60'000)))) {
       ++lines;
     }

@@ -10,7 +10,7 @@
 
 namespace loopwarden::daemon::loop_commissioning_test {
 
-TEST_CASE("a sign of life is an order, or the session alone") {
+TEST_CASE("a sign of life is a command, or only the session") {
   rt::LoopChannels channels({});
   Commissioning loop(channels);
   const auto start = Commissioning::Clock::now();
@@ -25,7 +25,7 @@ TEST_CASE("a sign of life is an order, or the session alone") {
   CHECK(loop.silent(at(161)));
   CHECK_THROWS_AS(loop.take(session, "uid 0", 19, at(162)), protocol::RequestError);
   CHECK_THROWS_AS(loop.check_order(session, at(162)), protocol::RequestError);
-  // It is nobody's before it is given back.
+  // Its session has expired, but the loop is not released yet.
   CHECK_THROWS_AS(loop.take(std::nullopt, "uid 7", 19, at(163)), protocol::RequestError);
   CHECK(channels.commissioned);
   channels.withheld_until_ns = INT64_MAX;

@@ -84,7 +84,7 @@ TEST_CASE("mode and set point are on the disk at the next look", "[restart]") {
   bench.order({.mode = Mode::manual});
   CHECK(bench.look(0.05));
   CHECK(bench.on_disk().mode == Mode::manual);
-  // In manual the set point follows PV: that is nobody's order.
+  // In manual the set point follows PV. This is no operator's command.
   bench.run(50);
   CHECK_FALSE(bench.look(5.0));
   CHECK(bench.on_disk().set_point == 62.5);
@@ -104,7 +104,7 @@ TEST_CASE("a set point that a master moves all the time is written once in 10 s"
   do {
     bench.order({.set_point = set_point += 0.01});
   } while (!bench.look(0.1));
-  // A mode, or an order that somebody asks for, does not wait.
+  // A mode, or a command that a person waits for, is written at once.
   bench.order({.mode = Mode::manual});
   CHECK(bench.look(0.05));
   bench.order({.mode = Mode::automatic, .set_point = 33.0});
@@ -130,7 +130,7 @@ TEST_CASE("a commissioning and a fault that ends in manual are remembered", "[re
   CHECK(bench.on_disk().set_point == 70.0);
 }
 
-TEST_CASE("what the end of the daemon does to a loop is no order", "[restart]") {
+TEST_CASE("the effect of the daemon's end on a loop is no command", "[restart]") {
   Bench bench;
   bench.order({.set_point = 71.0});
   bench.keeper->freeze();
@@ -141,10 +141,10 @@ TEST_CASE("what the end of the daemon does to a loop is no order", "[restart]") 
   CHECK_FALSE(bench.on_disk().manual_after_fault);
 }
 
-TEST_CASE("the orders to a loop that is out of service stay on the disk", "[restart]") {
+TEST_CASE("the commands to a loop that is out of service stay on the disk", "[restart]") {
   Bench bench;
   LoopRuntime unread;
-  unread.config.name = "fic-102";  // by its file, because the tag could not be read
+  unread.config.name = "fic-102";  // identified by its file, because the tag could not be read
   unread.config.io = config::OutOfService{.why = "loops.d/fic-102.yaml:1:1: error"};
   bench.loops.push_back(std::move(unread));
   LastOrders begun = bench.file.load();
@@ -158,7 +158,7 @@ TEST_CASE("the orders to a loop that is out of service stay on the disk", "[rest
   CHECK(bench.keeper->kept(1));
 }
 
-TEST_CASE("the orders to a loop that is gone are forgotten", "[restart]") {
+TEST_CASE("the commands to a removed loop are forgotten", "[restart]") {
   Bench bench;
   LastOrders begun = bench.file.load();
   begun.loops["FIC-999"] = begun.loops.at("FIC-101");

@@ -48,7 +48,7 @@ LastOrders known(const LastOrder& order, const std::string& tag = "FIC-101") {
 
 }  // namespace
 
-TEST_CASE("a loop continues with the mode and set point that were last ordered", "[restart]") {
+TEST_CASE("a loop continues with the mode and set point of the last command", "[restart]") {
   const WarmStart warm = warm_start(loop_config(), known(last_order()));
   CHECK(warm.start.mode == Mode::automatic);
   CHECK(warm.start.set_point == 12.4);
@@ -78,17 +78,16 @@ TEST_CASE("manual waits in manual, and file takes the file's values; the journal
   CHECK(file.line->new_value == "AUTO, SP 12 m3/h");
 }
 
-TEST_CASE("without any orders from before the file has the say, and nothing is written",
-          "[restart]") {
+TEST_CASE("without saved commands the file decides, and no line is written", "[restart]") {
   const WarmStart first = warm_start(loop_config(), {});
   CHECK(first.start.mode == Mode::automatic);
   CHECK(first.start.set_point == 12.0);
   CHECK_FALSE(first.line);
-  // What was ordered is what the file has.
+  // The command equals the file.
   LastOrder same = last_order();
   same.set_point = 12.0;
   CHECK_FALSE(warm_start(loop_config(), known(same)).line);
-  // A loop that is new, or has another tag now.
+  // A loop that is new or has a new tag.
   const WarmStart renamed = warm_start(loop_config(), known(last_order(), "FIC-100"));
   CHECK(renamed.start.set_point == 12.0);
   REQUIRE(renamed.line);
@@ -103,7 +102,7 @@ TEST_CASE("in doubt a loop waits in manual, with the reason in the journal", "[r
     last.commissioned = true;
     why = "was being commissioned";
   }
-  SECTION("a fault was there that ends in manual") {
+  SECTION("a fault that ends in manual was present") {
     last.manual_after_fault = true;
     why = "had a fault";
   }
@@ -111,7 +110,7 @@ TEST_CASE("in doubt a loop waits in manual, with the reason in the journal", "[r
     loop.controller.set_point.high = 12.2;
     why = "set point 12.4 is outside its limits 0 to 12.2";
   }
-  SECTION("the numbers mean something else") {
+  SECTION("the numbers have another meaning") {
     loop.pv_unit = "L/min";
     why = "PV was in 0 to 25 m3/h before, and is in 0 to 25 L/min";
   }
@@ -119,7 +118,7 @@ TEST_CASE("in doubt a loop waits in manual, with the reason in the journal", "[r
     loop.pv.high = 250.0;
     why = "0 to 250";
   }
-  SECTION("nothing tells where the output stands") {
+  SECTION("the position of the output is unknown") {
     loop.start.output_is_told = false;
     why = "where the output stands";
   }
@@ -130,7 +129,7 @@ TEST_CASE("in doubt a loop waits in manual, with the reason in the journal", "[r
   CHECK_THAT(warm.line->reason, Catch::Contains(why) && Catch::Contains("waits in manual"));
 }
 
-TEST_CASE("a file of last orders that can't be read makes loops wait in manual", "[restart]") {
+TEST_CASE("an unreadable file of last commands makes loops wait in manual", "[restart]") {
   const tests::TemporaryFolder folder;
   const LastOrdersFile file(folder / "last-orders.json");
   const LastOrders none = file.load();
@@ -156,11 +155,11 @@ TEST_CASE("a file of last orders that can't be read makes loops wait in manual",
   CHECK(warm_start(loop_config(Start::AfterRestart::file), damaged).start.mode == Mode::automatic);
 }
 
-TEST_CASE("a file of another version is no file of ours", "[restart]") {
+TEST_CASE("a file of another version is ignored", "[restart]") {
   std::string text = text_of({{"FIC-101", last_order()}});
   CHECK(read_last_orders(text).size() == 1);
   CHECK_THROWS_WITH(read_last_orders("deadbeef\n{}\n"), Catch::Contains("checksum"));
-  // With a sound checksum.
+  // With a valid checksum.
   const std::string body = "{\"loops\":{},\"version\":2}\n";
   CHECK_THROWS_WITH(read_last_orders(fmt::format("{:08x}\n{}", base::crc32(body), body)),
                     Catch::Contains("version 2"));

@@ -24,7 +24,7 @@ LinkSettings tcp(const std::string& host, std::uint16_t port = 502) {
 
 }  // namespace
 
-TEST_CASE("a link is the daemon's by its address, however it is written", "[probe]") {
+TEST_CASE("a link belongs to the daemon by its address, in any notation", "[probe]") {
   console_bench::Console bench;
   bench.readers->start();
   const std::filesystem::path folder = bench.folder / "config";
@@ -48,7 +48,7 @@ TEST_CASE("a link is the daemon's by its address, however it is written", "[prob
   bench.readers->stop();
 }
 
-TEST_CASE("a serial line that another program has locked is left alone", "[probe]") {
+TEST_CASE("a serial line that another program has locked is not used", "[probe]") {
   const tests::TemporaryFolder folder;
   const base::File master(::posix_openpt(O_RDWR | O_NOCTTY));
   REQUIRE(::grantpt(master.fd()) == 0);
@@ -64,7 +64,7 @@ TEST_CASE("a serial line that another program has locked is left alone", "[probe
     CHECK(refused.why == "another program has locked " + device);
   }
   CHECK(prober.read(asked).state == "silent");
-  // Now it has the lock.
+  // From here on the other program has the lock.
   const base::File other(device, O_RDWR | O_NOCTTY);
   CHECK(::flock(other.fd(), LOCK_EX | LOCK_NB) != 0);
 }

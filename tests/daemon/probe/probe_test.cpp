@@ -38,7 +38,7 @@ class Line {
   Line& operator=(const Line&) = delete;
   ~Line() { end(); }
 
-  // Every request that came.
+  // Ends the device and returns every request that it received.
   const std::vector<Bytes>& end() {
     quit_ = true;
     if (thread_.joinable()) thread_.join();
@@ -78,7 +78,7 @@ class Line {
 
 }  // namespace
 
-TEST_CASE("units on a serial line are found by read requests alone", "[probe]") {
+TEST_CASE("units on a serial line are found only by read requests", "[probe]") {
   const tests::TemporaryFolder folder;
   Line line;
   probe::Prober prober(folder.path());

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A disk that hangs: nobody waits for it but the threads that are made for it, what is lost is counted,
-// and all goes on when it answers again.
+// A hung disk: only the threads that are made for it wait, lost data is counted, and all parts
+// continue when the disk answers again.
 #include <fcntl.h>
 #include <poll.h>
 #include <spdlog/spdlog.h>
@@ -39,9 +39,9 @@ using nlohmann::json;
 using std::chrono::milliseconds;
 using test::eventually;
 
-constexpr std::size_t kQueue = 64;  // rows: the smallest that there is
+constexpr std::size_t kQueue = 64;  // rows: the smallest possible
 
-// A loop that is recorded, with all threads that work for it but the real-time one.
+// A recorded loop, with all its threads except the real-time one.
 struct Bench {
   explicit Bench(const std::string& pipe = {})
       : historian(loops, RecorderSettings{.state_directory = folder.path(), .queue_bytes = 0}) {
@@ -78,13 +78,14 @@ struct Bench {
     status.journal.error = lines.error;
     return status;
   }
-  // Over the socket, as an operator does.
+  // Sends a request over the socket, as an operator does.
   json ask(const json& request) {
     base::LocalClient client((folder / "control.sock").string());
     return json::parse(client.request(request.dump(), std::chrono::seconds(60)));
   }
   json recording() { return ask({{"request", "status"}}).at("loops").at(0).at("recording"); }
-  // True once `count` more rows have been taken from the real-time thread and given to the recorder.
+  // Returns true once `count` more rows have been taken from the real-time thread and passed to the
+  // recorder.
   bool take(std::uint64_t count) {
     for (std::uint64_t i = 0; i < count; ++i) {
       loops.front().channels->records.try_push({.period_index = next++, .pv = 5.0});
@@ -93,7 +94,7 @@ struct Bench {
     const std::uint64_t round = historian.ticks();
     return eventually([&] { return historian.ticks() > round; });
   }
-  // Every thread that the watchdog judges has moved three times.
+  // Returns true once every thread that the watchdog judges has moved three times.
   bool moves() {
     const std::uint64_t rounds = historian.ticks() + 3;
     const std::uint64_t served = server->ticks() + 3;
@@ -123,7 +124,7 @@ alarm::AlarmConditions stiction_on() {
 
 TEST_CASE(
     "while the recorder's disk hangs, the watched threads move, the operator is answered, drops "
-    "are counted, and recording goes on afterwards",
+    "are counted, and recording continues afterwards",
     "[disk]") {
   Bench bench;
   REQUIRE(bench.take(5));
@@ -145,7 +146,7 @@ TEST_CASE(
   disk.release();
   REQUIRE(eventually([&] { return bench.historian.status(0).waiting == 0; }));
   REQUIRE(bench.take(5));
-  // Every row is written or counted; what has left the queue may still be on its way.
+  // Every row is written or counted. Rows that have left the queue may still be on their way.
   CHECK(eventually([&] {
     const RecordingStatus after = bench.historian.status(0);
     return after.segments.rows + after.queue_dropped == after.rows;
@@ -153,7 +154,7 @@ TEST_CASE(
   CHECK(bench.historian.status(0).segments.disk_errors == 0);
 }
 
-TEST_CASE("a CSV record over a disk that hangs: status and threads go on, its rows come later",
+TEST_CASE("a CSV record on a hung disk: status and threads continue, its rows are written later",
           "[disk]") {
   Bench bench;
   const json started = bench.ask({{"request", "record"}, {"loop", "FIC-101"}, {"start", "trial"}});
@@ -176,7 +177,7 @@ TEST_CASE("a CSV record over a disk that hangs: status and threads go on, its ro
   CHECK(record::read_record(started.at("file").get<std::string>()).size() == 8);
 }
 
-TEST_CASE("a CSV record that could not begin in time is not begun later behind the operator's back",
+TEST_CASE("a CSV record that could not begin in time is not begun later without the operator",
           "[disk]") {
   Bench bench;
   tests::HungDisk disk(bench.folder.path());
@@ -195,7 +196,7 @@ TEST_CASE("a CSV record that could not begin in time is not begun later behind t
 
 TEST_CASE(
     "while the journal's disk hangs: its lines wait in bounded memory, alarms are handled and "
-    "remembered, and the status says what is wrong",
+    "remembered, and the status reports the fault",
     "[disk]") {
   Bench bench;
   bench.board.window_judged(0, {}, {}, stiction_on());
@@ -239,11 +240,10 @@ TEST_CASE(
   const journal::AlarmStates states = journal::Journal({.folder = bench.folder.path()}).open();
   const auto memory = states.memories.find({"FIC-101", "stiction"});
   REQUIRE(memory != states.memories.end());
-  CHECK(memory->second.shelved_until_ms > 0);  // its line was among those that found no room
+  CHECK(memory->second.shelved_until_ms > 0);  // its line was among those without room
 }
 
-TEST_CASE("while a disk hangs, every thread can be asked to end and nobody waits for long",
-          "[disk]") {
+TEST_CASE("while a disk hangs, every thread can be asked to end, and no wait is long", "[disk]") {
   Bench bench;
   tests::HungDisk disk(bench.folder.path());
   REQUIRE(bench.take(1));
@@ -260,8 +260,8 @@ TEST_CASE("while a disk hangs, every thread can be asked to end and nobody waits
   CHECK(bench.historian.status(0).segments.rows == 1);
 }
 
-TEST_CASE("while the metrics' disk hangs the operator is answered and nothing stops", "[disk]") {
-  // Opening a pipe that nobody reads waits as a disk does.
+TEST_CASE("while the metrics' disk hangs the operator is answered and no part stops", "[disk]") {
+  // Opening a pipe without a reader blocks as a hung disk does.
   const std::string pipe_name = "metrics.prom.tmp";
   Bench bench(pipe_name);
   CHECK(bench.moves());
@@ -272,7 +272,7 @@ TEST_CASE("while the metrics' disk hangs the operator is answered and nothing st
   ::close(reader);
 }
 
-TEST_CASE("an errand: nobody waits behind one that hangs, and its result may come too late",
+TEST_CASE("an errand: no other job waits for one that hangs, and its result may be too late",
           "[disk]") {
   std::atomic<bool> hangs{true};
   loopwarden::base::DiskErrand errand("lw-test");
@@ -283,7 +283,7 @@ TEST_CASE("an errand: nobody waits behind one that hangs, and its result may com
   CHECK_FALSE(errand.ask<int>(slow, milliseconds(20)).has_value());
   CHECK_FALSE(errand.begin([] {}));
   REQUIRE(eventually([&] { return errand.seconds() > base::DiskWait::kHung; }));
-  // Would last for ever if it waited.
+  // If it waited, this would last for ever.
   CHECK_FALSE(errand.ask<int>([] { return 2; }, std::chrono::hours(1)).has_value());
   hangs = false;
   CHECK(eventually([&] { return errand.ask<int>([] { return 3; }, milliseconds(1000)) == 3; }));
@@ -294,8 +294,8 @@ TEST_CASE("an errand: nobody waits behind one that hangs, and its result may com
 }
 
 TEST_CASE(
-    "the log: who logs never waits for who reads, lines beyond the room are counted, and what "
-    "waited comes in order",
+    "the log: a writer never waits for the reader, lost lines are counted, waiting ones stay in "
+    "order",
     "[disk]") {
   std::array<int, 2> pipe{};
   REQUIRE(::pipe2(pipe.data(), O_CLOEXEC) == 0);
@@ -304,7 +304,7 @@ TEST_CASE(
   spdlog::logger log("test", queue);
   log.set_pattern("%v");
   const std::string line(200, 'x');
-  for (int i = 0; i < 1000; ++i) log.info("{} {}", i, line);  // nobody reads
+  for (int i = 0; i < 1000; ++i) log.info("{} {}", i, line);  // without a reader
   CHECK(queue->lost() > 0);
   CHECK_FALSE(queue->stop_for(milliseconds(20)));
 
@@ -324,7 +324,7 @@ TEST_CASE(
   ::close(pipe[0]);
   CHECK(text.starts_with("0 x"));
   CHECK(text.find("\n1 x") < text.find("\n2 x"));
-  // One notice, or several where the pipe took a line in between: together they count every lost line.
+  // One notice, or several if the pipe took a line in between. Together they count every lost line.
   std::uint64_t said = 0;
   std::istringstream lines(text);
   for (std::string one; std::getline(lines, one);) {
@@ -333,8 +333,9 @@ TEST_CASE(
   CHECK(said == queue->lost());
 }
 
-TEST_CASE("while the box's look at the disk hangs its other alarms come, and one of the disk",
-          "[disk][box]") {
+TEST_CASE(
+    "while the host's check of the disk hangs, other host alarms are raised, and one for the disk",
+    "[disk][box]") {
   using alarm::BoxAlarm;
   Bench bench;
   std::promise<void> answers;
@@ -358,7 +359,7 @@ TEST_CASE("while the box's look at the disk hangs its other alarms come, and one
   looker.start();
   CHECK(eventually([&] { return on(BoxAlarm::records_dropped); }));
   CHECK_FALSE(on(BoxAlarm::disk_full));
-  wait_s = 12.0;  // the recorder's, of the same disk
+  wait_s = 12.0;  // the recorder's wait, for the same disk
   CHECK(eventually([&] { return on(BoxAlarm::disk_full); }));
   CHECK(bench.box_alarms.why(BoxAlarm::disk_full) == "the disk has not answered for 12 s");
   CHECK_FALSE(looker.stop_for(milliseconds(20)));
@@ -366,11 +367,11 @@ TEST_CASE("while the box's look at the disk hangs its other alarms come, and one
   CHECK(looker.stop_for(std::chrono::seconds(10)));
 }
 
-TEST_CASE("what recorder and monitor were too slow for counts as dropped", "[disk][box]") {
+TEST_CASE("rows that recorder and monitor were too slow for count as dropped", "[disk][box]") {
   Bench bench;
   rt::LoopChannels& channels = *bench.loops.front().channels;
   for (std::size_t i = 0; i < channels.watched.capacity() + 3; ++i) channels.watched.try_push({});
-  CHECK(bench.historian.dropped() == 3);  // nobody takes from the monitor's ring here
+  CHECK(bench.historian.dropped() == 3);  // no thread empties the monitor's ring here
   const tests::HungDisk disk(bench.folder.path());
   REQUIRE(bench.take(1));
   REQUIRE(eventually([&] { return disk.waiting() > 0; }));

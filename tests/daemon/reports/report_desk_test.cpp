@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What stands for `loopwarden` here is a script: what it is given, how it ends, how long it takes.
+// A script replaces `loopwarden` here. The tests check its arguments, its exit and its duration.
 #include "daemon/reports/report_desk.hpp"
 
 #include <catch2/catch.hpp>
@@ -21,7 +21,7 @@ using std::chrono::milliseconds;
 
 constexpr std::int64_t kNow_ms = 1'800'000'000'000;
 
-// Where `--out` or `--report` leads to is $OUT there.
+// Sets $OUT to the folder of `--out` or `--report`.
 constexpr const char* kOut =
     "for w in \"$@\"; do case $w in --out=*) OUT=${w#--out=};; --report=*) OUT=$(dirname "
     "${w#--report=});; esac; done\n";
@@ -73,8 +73,7 @@ std::vector<std::string> names(const std::vector<Report>& reports) {
 
 }  // namespace
 
-TEST_CASE("a report is made by the command of its kind, with nothing else on its line",
-          "[reports]") {
+TEST_CASE("a report is made by the command of its kind, with only its own arguments", "[reports]") {
   using Row = std::tuple<Kind, std::string, std::string, std::string>;
   const auto [kind, page, twin, more] = GENERATE(table<Kind, std::string, std::string, std::string>(
       {Row{Kind::gap, "report.html", "", "--out=OUT\n"},
@@ -109,12 +108,12 @@ TEST_CASE("a report is made by the command of its kind, with nothing else on its
                      "\n--background\n--loop=FIC-101\n--since=2027-01-15T05:13:20.123Z\n"
                      "--until=2027-01-15T07:43:20.000Z\n--socket=/run/x/control.sock\n" +
                      more);
-  // What it worked with is gone.
+  // Its working files are deleted.
   CHECK_FALSE(fs::exists(out / "records"));
   CHECK_FALSE(fs::exists(out / "tmp"));
 }
 
-TEST_CASE("a report that fails says why in the command's own words", "[reports]") {
+TEST_CASE("a failed report has the reason in the command's own words", "[reports]") {
   const auto [script, why, page] = GENERATE(table<std::string, std::string, bool>(
       {{"echo 'progress: gap 3 %' >&2; echo \"$OUT/records/r.csv: no movement\" >&2; exit 65",
         "records/r.csv: no movement", false},
@@ -133,7 +132,7 @@ TEST_CASE("a report that fails says why in the command's own words", "[reports]"
   CHECK(report.has_page == page);
 }
 
-TEST_CASE("a report that takes too long is ended, and what it began is gone", "[reports]") {
+TEST_CASE("a report that takes too long is ended, and its files are deleted", "[reports]") {
   Bench bench("echo half > \"$OUT/half\"; exec sleep 600");
   bench.settings.most_time = milliseconds(500);
   ReportDesk desk = bench.make();
@@ -155,7 +154,7 @@ TEST_CASE("without the program a report fails", "[reports]") {
   CHECK_THAT(desk.of("FIC-101")->front().sentence, Catch::Contains("nowhere"));
 }
 
-TEST_CASE("four wait, each in its place, and the fifth finds no room", "[reports]") {
+TEST_CASE("four reports wait, each at its position, and the fifth is refused", "[reports]") {
   Bench bench("sleep 0.5; echo '<title>' > \"$OUT/report.html\"");
   ReportDesk desk = bench.make();
   std::vector<std::string> order;
@@ -167,7 +166,7 @@ TEST_CASE("four wait, each in its place, and the fifth finds no room", "[reports
   }
   CHECK_FALSE(desk.post(order_of("FIC-103")));
   CHECK(bench.woken == 4);
-  // The one at work does not wait.
+  // The report that is being made does not count as waiting.
   std::vector<Report> meanwhile;
   bool has_room = false;
   REQUIRE(desk.run_next([&](milliseconds patience) {
@@ -190,7 +189,7 @@ TEST_CASE("four wait, each in its place, and the fifth finds no room", "[reports
   CHECK(names({bench.ended.begin(), bench.ended.begin() + 4}) == order);
 }
 
-TEST_CASE("two of one millisecond have names of their own", "[reports]") {
+TEST_CASE("two reports of one millisecond have different names", "[reports]") {
   Bench bench("");
   ReportDesk desk{bench.settings,
                   {.now_ms = [] { return kNow_ms; },
@@ -202,7 +201,7 @@ TEST_CASE("two of one millisecond have names of their own", "[reports]") {
   CHECK(one->name != other->name);
 }
 
-TEST_CASE("a report that is told to stop begins anew, before those that came later", "[reports]") {
+TEST_CASE("a report that is stopped restarts, before later ones", "[reports]") {
   Bench bench(
       "if [ -e \"$OUT/../second\" ]; then echo '<title>' > \"$OUT/report.html\"; else "
       "touch \"$OUT/half\" \"$OUT/../second\"; exec sleep 600; fi");
@@ -222,7 +221,7 @@ TEST_CASE("a report that is told to stop begins anew, before those that came lat
   CHECK(bench.ended.front().state == State::done);
 }
 
-TEST_CASE("how far a report is shows while it is made", "[reports]") {
+TEST_CASE("the progress of a report is shown while it is made", "[reports]") {
   Bench bench("echo 'progress: what can be seen 41 %' >&2; echo note >&2; exec sleep 600");
   ReportDesk desk = bench.make();
   desk.post(order_of("FIC-101"));
@@ -236,7 +235,7 @@ TEST_CASE("how far a report is shows while it is made", "[reports]") {
   CHECK(seen.percent == 41);
 }
 
-TEST_CASE("of a loop the newest stay, but for what its loops work with", "[reports]") {
+TEST_CASE("the newest reports of a loop are kept, and those that its loops use", "[reports]") {
   Bench bench("echo '<title>' > \"$OUT/report.html\"");
   bench.settings.kept = 2;
   ReportDesk desk = bench.make();
@@ -253,7 +252,7 @@ TEST_CASE("of a loop the newest stay, but for what its loops work with", "[repor
   CHECK(fs::exists(bench.folder_of(made[4])));
 }
 
-TEST_CASE("a restart knows the reports, and tells those that it ended as failed", "[reports]") {
+TEST_CASE("a restart knows the reports, and marks those that it ended as failed", "[reports]") {
   Bench bench(
       "if [ $1 = survey ]; then echo x > \"$OUT/half\"; exec sleep 600; fi; echo "
       "'<title>' > \"$OUT/report.html\"; echo fine");
@@ -263,7 +262,7 @@ TEST_CASE("a restart knows the reports, and tells those that it ended as failed"
     REQUIRE(desk.run_next(go_on));
     desk.post(order_of("FIC-101", Kind::survey));
     desk.post(order_of("FIC-101", Kind::diagnose));
-    // As a daemon that is killed: what it leaves on the disk is what was there while it worked.
+    // Like a daemon that is killed: the disk keeps the files of that moment.
     REQUIRE(desk.run_next([&](milliseconds patience) {
       go_on(patience);
       const auto all = *desk.of("FIC-101");

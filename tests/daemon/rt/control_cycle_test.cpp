@@ -26,7 +26,7 @@ using daemon::rt::Refusal;
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
-TEST_CASE("the loop starts from the read-back, not from what the configuration assumes") {
+TEST_CASE("the loop starts from the read-back, not from the configured output") {
   Loop loop;
   loop.io.set_read_back(63.0);
   loop.run(1);
@@ -35,18 +35,18 @@ TEST_CASE("the loop starts from the read-back, not from what the configuration a
   CHECK(loop.io.written == Approx(63.0));
 }
 
-TEST_CASE("taking over where the valve stands is no movement that PV would have to answer") {
+TEST_CASE("taking over the valve's position is no movement that PV would have to answer") {
   daemon::rt::LoopSettings settings = plain_settings();
   settings.pv_check.frozen_after_s = 0.8;
   Loop loop(settings);
   loop.io.set_read_back(63.0);
-  loop.run(30);  // at its set point, PV is the same number each time
+  loop.run(30);  // at its set point, PV repeats the same number
   CHECK(loop.io.written == Approx(63.0));
   CHECK(loop.fault() == Fault::none);
   CHECK(static_cast<hal::Reason>(loop.row.pv_reason) == hal::Reason::none);
 }
 
-TEST_CASE("a frozen PV is an alarm; it moves the valve only where the file has frozen_after") {
+TEST_CASE("a frozen PV is an alarm; it moves the valve only if the file has frozen_after") {
   const bool acts = GENERATE(false, true);
   daemon::rt::LoopSettings settings = plain_settings();
   settings.pv_check.frozen_after_s = 2.0;
@@ -89,7 +89,7 @@ TEST_CASE("a read-back out of its range is not known") {
   CHECK(loop.row.stem == -1.0);
 }
 
-TEST_CASE("a PV at the end of what its transmitter can measure is good, and says so") {
+TEST_CASE("a PV at the end of its transmitter's range is good, and this is reported") {
   Loop loop;
   const auto limit = [&] { return static_cast<hal::Limit>(loop.run(1).pv_limit); };
   CHECK(limit() == hal::Limit::none);
@@ -98,7 +98,7 @@ TEST_CASE("a PV at the end of what its transmitter can measure is good, and says
   CHECK(static_cast<hal::Quality>(loop.row.pv_quality) == hal::Quality::good);
   loop.io.inputs.process_variable.limit = hal::Limit::low;
   CHECK(limit() == hal::Limit::low);
-  // What can't be believed stands nowhere.
+  // A value that can't be trusted is at no limit.
   loop.io.set_pv(0.0, hal::Quality::bad, hal::Reason::sensor_failure);
   CHECK(limit() == hal::Limit::none);
 }
@@ -109,7 +109,7 @@ TEST_CASE("without a read-back the loop starts from the configured output") {
   CHECK(loop.io.written == Approx(40.0));
 }
 
-TEST_CASE("nothing is written before the first good PV") {
+TEST_CASE("no output is written before the first good PV") {
   Loop loop;
   loop.io.set_pv(0.0, hal::Quality::bad, hal::Reason::never_received);
   loop.run(50);
@@ -123,7 +123,7 @@ TEST_CASE("nothing is written before the first good PV") {
 }
 
 TEST_CASE(
-    "a late cycle or an open contact before the first good PV writes nothing that the file "
+    "a late cycle or an open contact before the first good PV writes no output that the file "
     "states") {
   Loop loop;
   loop.io.set_pv(0.0, hal::Quality::bad, hal::Reason::never_received);
@@ -143,7 +143,7 @@ TEST_CASE(
   CHECK(loop.io.last.write);
 }
 
-TEST_CASE("once a command has gone out commands go on, so that the device's watchdog is fed") {
+TEST_CASE("after a first command the loop keeps sending, so that the device's watchdog is fed") {
   Loop loop;
   loop.io.set_read_back(20.0);
   loop.io.set_pv(0.0, hal::Quality::bad, hal::Reason::never_received);
@@ -181,7 +181,7 @@ TEST_CASE(
   CHECK(loop.mode() == Mode::automatic);
 }
 
-TEST_CASE("where nothing tells the output the loop does not look as if it ran") {
+TEST_CASE("a loop whose output is unknown does not look as if it ran") {
   const Mode mode = GENERATE(Mode::automatic, Mode::manual);
   Loop loop(plain_settings(), {.mode = mode, .set_point = 80.0, .output = OutputAction::hold()});
   for (int i = 0; i < 50; ++i) {
@@ -191,9 +191,9 @@ TEST_CASE("where nothing tells the output the loop does not look as if it ran") 
     REQUIRE(loop.fault() == Fault::output_unknown);
     REQUIRE(loop.mode() == Mode::fallback);
     REQUIRE(static_cast<Mode>(loop.row.requested_mode) == mode);
-    REQUIRE(std::isnan(loop.row.co));  // none went out
+    REQUIRE(std::isnan(loop.row.co));  // no command was sent
     REQUIRE(std::isnan(loop.row.calculated));
-    REQUIRE(loop.row.flags == 0);  // an output that is not known stands at no limit
+    REQUIRE(loop.row.flags == 0);  // an unknown output is at no limit
     REQUIRE(loop.row.jacket_rate == 0.0F);
   }
   CHECK(loop.io.written == -1.0);
@@ -201,7 +201,8 @@ TEST_CASE("where nothing tells the output the loop does not look as if it ran") 
   CHECK(std::none_of(events.begin(), events.end(),
                      [](const auto& e) { return std::isfinite(e.value) && e.value != 0.0; }));
 
-  // Nothing has wound up: the law starts from what the operator tells, though SP was 30 off for 5 s.
+  // The integral has not wound up: the law starts from the operator's value, though SP was 30 off
+  // for 5 s.
   loop.order({.mode = Mode::manual, .output = 30.0});
   loop.run(1);
   CHECK(loop.answer() == Refusal::none);
@@ -215,7 +216,7 @@ TEST_CASE("where nothing tells the output the loop does not look as if it ran") 
   CHECK(loop.io.written == Approx(30.0));
 }
 
-TEST_CASE("a read-back that comes late lets the loop go on in the mode it had, without a bump") {
+TEST_CASE("after a late read-back the loop resumes in its previous mode, without a bump") {
   daemon::rt::LoopSettings settings = plain_settings();
   settings.safety.recovery = control::Recovery::manual;
   Loop loop(settings, {.mode = Mode::automatic, .set_point = 50.0, .output = OutputAction::hold()});
@@ -230,7 +231,7 @@ TEST_CASE("a read-back that comes late lets the loop go on in the mode it had, w
   CHECK(loop.io.written == Approx(63.0));
 }
 
-TEST_CASE("a read-back that is there from the start shows no fault on the way") {
+TEST_CASE("a read-back that is good from the start shows no fault on the way") {
   Loop loop(plain_settings(),
             {.mode = Mode::automatic, .set_point = 50.0, .output = OutputAction::hold()});
   loop.io.set_read_back(63.0);
@@ -241,14 +242,14 @@ TEST_CASE("a read-back that is there from the start shows no fault on the way") 
   }));
 }
 
-TEST_CASE("while nothing is written the loop follows the valve that others move") {
+TEST_CASE("while the loop doesn't write it follows the valve that others move") {
   Loop loop;
   loop.io.set_pv(0.0, hal::Quality::bad, hal::Reason::never_received);
   loop.io.set_read_back(63.0);
   loop.run(5);
   CHECK(loop.fault() == Fault::starting);
   CHECK(loop.row.co == 63.0);
-  loop.io.set_read_back(20.0);  // by hand, on the positioner
+  loop.io.set_read_back(20.0);  // manually, on the positioner
   loop.run(1);
   CHECK(loop.row.co == 20.0);
   loop.io.set_pv(50.0);
@@ -256,7 +257,7 @@ TEST_CASE("while nothing is written the loop follows the valve that others move"
   CHECK(loop.io.written == Approx(20.0));
 }
 
-TEST_CASE("an output that the file states has not gone out before the first command") {
+TEST_CASE("an output that the file states has not been sent before the first command") {
   Loop loop;
   loop.io.set_pv(0.0, hal::Quality::bad, hal::Reason::never_received);
   loop.run(5);
@@ -268,12 +269,11 @@ TEST_CASE("an output that the file states has not gone out before the first comm
   CHECK(loop.io.written == Approx(40.0));
 }
 
-TEST_CASE(
-    "from beyond its limits the output comes back at the rate limit, from the first command") {
+TEST_CASE("from beyond its limits the output returns at the rate limit, from the first command") {
   daemon::rt::LoopSettings settings = plain_settings();
   settings.controller.output.high = 60.0;
   Loop loop(settings);
-  loop.io.set_read_back(90.0);  // moved by hand
+  loop.io.set_read_back(90.0);  // moved manually
   loop.run(1);
   CHECK(loop.fault() == Fault::none);
   CHECK(loop.io.written == Approx(85.0));
@@ -281,14 +281,15 @@ TEST_CASE(
   CHECK(loop.io.written == Approx(80.0));
 }
 
-TEST_CASE("a loop whose read-back died with its output is freed by an order for the output") {
+TEST_CASE("a loop whose read-back died with its output is freed by a command for the output") {
   daemon::rt::LoopSettings settings = plain_settings();
   settings.safety.on_output_lost = GENERATE(OutputAction::hold(), OutputAction::go_to(70.0));
   settings.safety.recovery = control::Recovery::manual;
   Loop loop(settings);
   loop.io.set_read_back(40.0);
   loop.run(10);
-  // As of a device that came back without its position sensor: good again with the first command that it takes.
+  // Like a device that returns without its position sensor: good again with the first command that
+  // it takes.
   loop.io.inputs.output_ok = false;
   loop.io.inputs.output_reason = hal::Reason::link_lost;
   loop.io.inputs.valve_position.quality = hal::Quality::bad;
@@ -310,15 +311,14 @@ TEST_CASE("a loop whose read-back died with its output is freed by an order for 
   CHECK(loop.mode() == Mode::manual);
   CHECK(loop.io.written == 25.0);
 
-  // What he told holds until the output is lost again.
+  // The operator's value is valid until the output is lost again.
   loop.io.inputs.output_ok = false;
   loop.run(2);
   CHECK_FALSE(loop.io.last.write);
   CHECK(loop.fault() == Fault::output_lost);
 }
 
-TEST_CASE(
-    "what was told of the output ends with the next loss, within the fault's recovery as well") {
+TEST_CASE("a reported output is valid until the next loss, also within the fault's recovery") {
   daemon::rt::LoopSettings settings = plain_settings();
   settings.safety.recovery_delay_s = 2.0;
   Loop loop(settings);
@@ -343,7 +343,7 @@ TEST_CASE(
   CHECK(loop.io.written == Approx(90.0));
 }
 
-TEST_CASE("what the fault's action was told by is no word for the next one") {
+TEST_CASE("the value that the fault's action started from is not used for the next fault") {
   daemon::rt::LoopSettings settings = plain_settings();
   settings.safety.on_output_lost = OutputAction::go_to(70.0);
   Loop loop(settings, {.mode = Mode::manual, .set_point = 50.0, .output = OutputAction::hold()});
@@ -356,7 +356,7 @@ TEST_CASE("what the fault's action was told by is no word for the next one") {
   CHECK(loop.io.written == Approx(70.0));
 }
 
-TEST_CASE("after a pause without a read-back that is good again the loop waits, and says so") {
+TEST_CASE("after a pause without a good read-back the loop waits, and reports this") {
   Loop loop;
   loop.io.set_read_back(40.0);
   loop.run(10);
@@ -372,7 +372,7 @@ TEST_CASE("after a pause without a read-back that is good again the loop waits, 
   CHECK(loop.io.written == Approx(5.0));
 }
 
-TEST_CASE("the stop action of an output that is not known begins at no guess") {
+TEST_CASE("the stop action of an unknown output is applied at once, without a guessed start") {
   daemon::rt::LoopSettings settings = plain_settings();
   settings.safety.on_stop = OutputAction::go_to(80.0);
   Loop loop(settings, {.mode = Mode::manual, .set_point = 50.0, .output = OutputAction::hold()});
@@ -383,7 +383,7 @@ TEST_CASE("the stop action of an output that is not known begins at no guess") {
   CHECK(loop.channels.stop_reached.load());
 }
 
-TEST_CASE("a stop after a pause begins where the valve stands, whichever cycle sees the two") {
+TEST_CASE("a stop after a pause begins at the valve's position, whichever cycle sees the two") {
   Loop loop;  // stop value 5, 5 a cycle
   loop.io.set_read_back(90.0);
   loop.order({.mode = Mode::manual, .output = 90.0});
@@ -407,7 +407,7 @@ TEST_CASE("a stop after a pause begins where the valve stands, whichever cycle s
     loop.run(1, 0, true);
     CHECK(loop.io.written == Approx(55.0));
   }
-  SECTION("no read-back comes") {
+  SECTION("no read-back arrives") {
     loop.io.inputs.valve_position.quality = hal::Quality::bad;
     loop.run(1, 50);
     loop.run(10, 0, true);
@@ -416,7 +416,7 @@ TEST_CASE("a stop after a pause begins where the valve stands, whichever cycle s
   }
 }
 
-TEST_CASE("an output that is not known is no value that an order could expect") {
+TEST_CASE("a command can't expect a value of an unknown output") {
   Loop loop(plain_settings(),
             {.mode = Mode::manual, .set_point = 50.0, .output = OutputAction::hold()});
   loop.run(5);
@@ -440,7 +440,7 @@ TEST_CASE(
   loop.run(20);
   const double before = loop.io.written;
   loop.io.set_pv(50.0, hal::Quality::bad, hal::Reason::sensor_failure);
-  loop.run(10);  // 1 s of holding
+  loop.run(10);  // held for 1 s
   CHECK(loop.fault() == Fault::bad_pv);
   CHECK(loop.io.written == before);
   loop.run(1);
@@ -497,7 +497,7 @@ TEST_CASE("with recovery to manual the loop waits for the operator") {
   CHECK(loop.io.written == Approx(40.0));
 }
 
-TEST_CASE("in manual a dead transmitter leaves the valve in the operator's hands") {
+TEST_CASE("in manual a dead transmitter leaves the valve to the operator") {
   Loop loop;
   loop.order({.mode = Mode::manual});
   loop.run(3);
@@ -528,7 +528,7 @@ TEST_CASE(
 }
 
 TEST_CASE(
-    "after a lost output nothing is written until a fresh read-back tells where the valve stands") {
+    "after a lost output the loop writes only after a fresh read-back of the valve's position") {
   Loop loop;
   loop.io.set_read_back(40.0);
   loop.run(10);
@@ -579,7 +579,7 @@ TEST_CASE("a read-back from before the pause does not count, however long a samp
   CHECK(loop.io.written == Approx(5.0));
 }
 
-TEST_CASE("where the valve stands after a loss is learnt under a graver fault as well") {
+TEST_CASE("the valve's position after a loss is also learnt under a graver fault") {
   Loop loop;
   loop.io.set_read_back(40.0);
   loop.run(10);
@@ -592,7 +592,7 @@ TEST_CASE("where the valve stands after a loss is learnt under a graver fault as
   CHECK(loop.io.written == Approx(85.0));
 }
 
-TEST_CASE("an open enable contact goes before everything but stop") {
+TEST_CASE("an open enable contact has priority over everything except stop") {
   Loop loop;
   loop.run(5);
   loop.io.inputs.enable = hal::Enable::open;
@@ -604,7 +604,7 @@ TEST_CASE("an open enable contact goes before everything but stop") {
 }
 
 TEST_CASE(
-    "stop drives the output to its stop action within the rate limit and says when it is there") {
+    "stop drives the output to its stop action within the rate limit and reports its arrival") {
   Loop loop;
   loop.run(5);
   CHECK(loop.io.written == Approx(40.0));
@@ -616,7 +616,7 @@ TEST_CASE(
   CHECK(loop.channels.stop_reached.load());
 }
 
-TEST_CASE("the stop action is written even if nothing was ever known of the output") {
+TEST_CASE("the stop action is written even if the output was never known") {
   Loop loop(plain_settings(),
             {.mode = Mode::manual, .set_point = 50.0, .output = OutputAction::hold()});
   loop.run(2);
@@ -624,7 +624,7 @@ TEST_CASE("the stop action is written even if nothing was ever known of the outp
   CHECK(loop.io.written == Approx(5.0));
 }
 
-TEST_CASE("a late cycle has its own action, and is over when cycles come in time again") {
+TEST_CASE("a late cycle has its own action, and ends when cycles are in time again") {
   auto settings = plain_settings();
   settings.safety.on_late_cycle = OutputAction::go_to(20.0);
   settings.safety.late_cycle_periods = 3;
@@ -654,7 +654,7 @@ TEST_CASE("a controller result that is no number is not written and ends in its 
   CHECK(loop.fault() == Fault::not_finite);
 }
 
-TEST_CASE("every output ever written lies inside the limits and within the rate") {
+TEST_CASE("every output ever written is inside the limits and within the rate") {
   Loop loop;
   double last = 40.0;
   for (int i = 0; i < 4000; ++i) {
@@ -678,14 +678,14 @@ TEST_CASE("every output ever written lies inside the limits and within the rate"
   CHECK(last != 40.0);
 }
 
-TEST_CASE("anti-windup refers to what the device really put out") {
-  // The device stops at 60; the loop asks for ever more.
+TEST_CASE("anti-windup refers to the output that the device really applied") {
+  // The device stops at 60; the loop requests more and more.
   Loop loop;
   loop.io.device = [](double output) { return std::min(output, 60.0); };
   loop.io.set_pv(30.0);
   loop.run(300);
   CHECK(loop.row.co == Approx(60.0));
-  loop.io.set_pv(70.0);  // error of the other sign: the output must come down at once
+  loop.io.set_pv(70.0);  // error of the other sign: the output must fall at once
   loop.run(2);
   CHECK(loop.row.co < 60.0);
 }
@@ -726,12 +726,12 @@ TEST_CASE("settings whose limits exclude the output wait until it is inside") {
   CHECK(std::count_if(events.begin(), events.end(), [](const Event& e) {
           return e.code == EventCode::settings_wait && e.value == Approx(40.0);
         }) == 1);
-  // Orders are judged by what is in force.
+  // Commands are judged by the settings in force.
   loop.order({.mode = Mode::manual, .output = 60.0});
   loop.run(10);
   CHECK(loop.answer() == Refusal::none);
   CHECK(loop.io.written == Approx(60.0));
-  // Inside by the operator's hand: taken at once, and nothing moves.
+  // The operator moves it inside manually: taken at once, and the output doesn't move.
   loop.order({.output = 25.0});
   loop.run(40);
   CHECK(loop.io.written == Approx(25.0));
@@ -742,7 +742,7 @@ TEST_CASE("settings whose limits exclude the output wait until it is inside") {
   CHECK(loop.answer() == Refusal::output_out_of_limits);
 }
 
-TEST_CASE("settings that wait overrule no order that is newer than they are") {
+TEST_CASE("settings that wait don't overrule a newer command") {
   LoopSettings settings = plain_settings();
   settings.controller.jacket.form = control::JacketForm::bounded;
   settings.controller.jacket.gain_per_s = 1.0;
@@ -764,7 +764,7 @@ TEST_CASE("settings that wait overrule no order that is newer than they are") {
   CHECK(static_cast<control::JacketForm>(loop.row.jacket_form) == control::JacketForm::off);
 }
 
-TEST_CASE("settings that wait come into force in no fault's action") {
+TEST_CASE("settings that wait are not applied during a fault's action") {
   LoopSettings settings = plain_settings();
   settings.safety.on_stop = OutputAction::go_to(0.0);
   Loop loop(settings);
@@ -797,12 +797,12 @@ TEST_CASE("settings that wait are dropped when they are withdrawn, or replaced b
   CHECK(loop.channels.settings_taken.load() == (withdrawn ? 0 : 2));
   loop.order({.mode = Mode::manual, .output = 20.0});
   loop.run(40);
-  loop.order({.output = 60.0});  // beyond the limits that were not taken
+  loop.order({.output = 60.0});  // beyond the limits, which were not taken
   loop.run(20);
   CHECK(loop.io.written == Approx(60.0));
 }
 
-TEST_CASE("while the output is not known no tighter limits are taken, but others are") {
+TEST_CASE("while the output is unknown no tighter limits are taken, but other settings are") {
   Loop loop(plain_settings(), {.mode = Mode::manual, .set_point = 50.0, .output = {}});
   loop.run(5);
   auto narrow = plain_settings();
@@ -817,7 +817,7 @@ TEST_CASE("while the output is not known no tighter limits are taken, but others
   CHECK(loop.channels.settings_taken.load() == 2);
 }
 
-TEST_CASE("a master's gains are in force and shown before he is answered") {
+TEST_CASE("a master's gains are in force and shown before the answer") {
   Loop loop;
   loop.run(2);
   LoopSettings shown;
@@ -828,7 +828,7 @@ TEST_CASE("a master's gains are in force and shown before he is answered") {
   CHECK(shown.controller.pid.gains.ki == 0.5);
 }
 
-TEST_CASE("ordered gains take over where CO is, with PV off its set point") {
+TEST_CASE("new gains take over at the present CO, with PV off its set point") {
   Loop tuned;
   Loop left;
   for (Loop* loop : {&tuned, &left}) {
@@ -838,7 +838,7 @@ TEST_CASE("ordered gains take over where CO is, with PV off its set point") {
   }
   tuned.order({.kp = 6.0, .ki = 0.1, .kd = 0.5});
   const double before = tuned.row.co;
-  // The first cycle is that of the old gains, then the new integral acts alone: ki e h a cycle.
+  // The first cycle still has the old gains. Then only the new integral acts: ki e h a cycle.
   CHECK(tuned.run(1).co == Approx(left.run(1).co));
   CHECK(tuned.row.co > before);
   const double taken = tuned.row.co;
@@ -846,7 +846,7 @@ TEST_CASE("ordered gains take over where CO is, with PV off its set point") {
   CHECK(left.run(10).co - taken == Approx(10 * 0.5 * 4.0 * kPeriod));
 }
 
-TEST_CASE("an order of gains holds for those that its sender has seen") {
+TEST_CASE("a command of gains is valid for those that its sender has seen") {
   Loop loop;
   loop.run(2);
   Order order{.kp = 3.0, .ki = 0.7, .kd = 0.1};
@@ -872,7 +872,7 @@ TEST_CASE("an order of gains holds for those that its sender has seen") {
   CHECK(told() == Refusal::gains_changed);
 }
 
-TEST_CASE("the jacket of the paper form acts only where that is allowed") {
+TEST_CASE("the jacket of the paper form acts only if it is allowed") {
   auto settings = plain_settings();
   settings.controller.jacket.form = control::JacketForm::paper;
   settings.controller.jacket.shadow = true;
@@ -897,7 +897,7 @@ TEST_CASE("the jacket of the paper form acts only where that is allowed") {
   CHECK(loop.row.jacket_rate != 0.0F);
 }
 
-TEST_CASE("a reload puts the jacket back as its file has it, and says that it came") {
+TEST_CASE("a reload sets the jacket as in its file, and reports this") {
   auto settings = plain_settings();
   settings.controller.jacket.form = control::JacketForm::paper;
   settings.controller.jacket.shadow = true;
@@ -919,7 +919,7 @@ TEST_CASE("a reload puts the jacket back as its file has it, and says that it ca
   CHECK(loop.channels.settings_taken.load() == 1);
 }
 
-TEST_CASE("the jacket can go by a model of the valve") {
+TEST_CASE("the jacket can use a model of the valve") {
   auto settings = plain_settings();
   settings.controller.jacket.form = control::JacketForm::paper;
   const bool with_play = GENERATE(true, false);
@@ -934,7 +934,7 @@ TEST_CASE("the jacket can go by a model of the valve") {
   CHECK((loop.row.jacket_rate_shadow != 0.0F) == with_play);
 }
 
-TEST_CASE("a loop reports a change once, and nothing while nothing changes") {
+TEST_CASE("a loop reports a change once, and is silent while its state is constant") {
   Loop loop;
   loop.run(5);
   loop.take_events();
@@ -953,8 +953,7 @@ TEST_CASE("a loop reports a change once, and nothing while nothing changes") {
   CHECK(events[0].code == EventCode::settings_applied);
 }
 
-TEST_CASE(
-    "a fault's action is not ended by an order for an output that is known, or in a graver fault") {
+TEST_CASE("a fault's action is not ended by a command for a known output, or in a graver fault") {
   Loop loop;
   SECTION("commands don't reach the valve") {
     loop.run(5);
@@ -963,7 +962,7 @@ TEST_CASE(
     loop.run(5);
     REQUIRE(loop.fault() == Fault::output_lost);
   }
-  SECTION("the contact is open, and nothing tells the output") {
+  SECTION("the contact is open, and the output is unknown") {
     loop.io.set_pv(0.0, hal::Quality::bad, hal::Reason::never_received);
     loop.io.inputs.enable = hal::Enable::open;
     loop.run(5);
@@ -990,7 +989,7 @@ TEST_CASE("the jacket and a compensator never act together") {
   CHECK(loop.answer() == Refusal::none);
 }
 
-TEST_CASE("planned moves are ordered into shadow, to act and off, and a reload ends them") {
+TEST_CASE("planned moves are commanded into shadow, to act and off, and a reload ends them") {
   auto settings = plain_settings();
   settings.moves_may_act = true;
   Loop loop(settings);
@@ -1021,7 +1020,7 @@ TEST_CASE("planned moves are ordered into shadow, to act and off, and a reload e
   CHECK_FALSE(state());
 }
 
-TEST_CASE("planned moves don't act where the file does not allow it, nor beside the jacket") {
+TEST_CASE("planned moves don't act if the file does not allow it, nor together with the jacket") {
   auto settings = plain_settings();
   SECTION("not allowed") {
     Loop loop(settings);
@@ -1072,7 +1071,7 @@ TEST_CASE("planned moves whose process gain contradicts the controller's action 
   CHECK(loop.channels.moves.read());
 }
 
-TEST_CASE("in manual no state of planned moves is shown: nothing steps them") {
+TEST_CASE("in manual no state of planned moves is shown, because they are not stepped") {
   auto settings = plain_settings();
   Loop loop(settings);
   loop.channels.moves_settings.publish(
@@ -1089,7 +1088,7 @@ TEST_CASE("in manual no state of planned moves is shown: nothing steps them") {
   CHECK(loop.channels.moves.read());
 }
 
-TEST_CASE("an uncertain PV counts as bad unless the configuration says otherwise") {
+TEST_CASE("an uncertain PV counts as bad unless the configuration accepts it") {
   const bool good = GENERATE(true, false);
   auto settings = plain_settings();
   settings.safety.uncertain_is_good = good;
@@ -1111,7 +1110,7 @@ TEST_CASE("a full ring of records costs records, never a cycle") {
   CHECK(loop.channels.records.dropped() == 5000 - loop.channels.records.capacity());
 }
 
-TEST_CASE("manual and an output of one order take effect together, from automatic") {
+TEST_CASE("manual and an output of one command take effect together, from automatic") {
   Loop loop;
   loop.run(5);
   loop.order({.mode = Mode::manual, .output = 42.0});
@@ -1121,7 +1120,7 @@ TEST_CASE("manual and an output of one order take effect together, from automati
   CHECK(loop.io.written == Approx(42.0));
 }
 
-TEST_CASE("automatic and a set point of one order take effect together, from manual") {
+TEST_CASE("automatic and a set point of one command take effect together, from manual") {
   Loop loop;
   loop.order({.mode = Mode::manual});
   loop.run(5);
@@ -1132,7 +1131,7 @@ TEST_CASE("automatic and a set point of one order take effect together, from man
   CHECK(loop.row.sp == 60.0);
 }
 
-TEST_CASE("an order that can't act is refused as a whole, and reported") {
+TEST_CASE("a command that can't act is refused as a whole, and reported") {
   auto settings = plain_settings();
   settings.safety.recovery = control::Recovery::manual;
   Loop loop(settings);
@@ -1161,7 +1160,7 @@ TEST_CASE("an order that can't act is refused as a whole, and reported") {
   refused({.set_point = 60.0, .expected = {.output = loop.row.co + 0.1}}, Refusal::output_changed);
   refused({.set_point = 60.0, .expected = {.set_point = kNaN}}, Refusal::set_point_changed);
   CHECK(loop.row.sp == 50.0);
-  // Nothing of an order is done where a part of it can't be.
+  // A command is refused as a whole if a part of it can't be done.
   refused({.mode = Mode::manual, .output = 100.5}, Refusal::output_out_of_limits);
   CHECK(loop.mode() == Mode::automatic);
   refused({.mode = Mode::manual, .set_point = 20.0}, Refusal::set_point_tracks);
@@ -1170,7 +1169,7 @@ TEST_CASE("an order that can't act is refused as a whole, and reported") {
   loop.order({.mode = Mode::manual});
   loop.run(1);
   refused({.set_point = 20.0}, Refusal::set_point_tracks);
-  // While a fault's action has the output, an order for it would be forgotten when the fault is over.
+  // While a fault's action has the output, a command for it would be forgotten after the fault.
   loop.io.inputs.enable = hal::Enable::open;
   loop.run(30);
   REQUIRE(loop.fault() == Fault::enable_open);
@@ -1178,7 +1177,7 @@ TEST_CASE("an order that can't act is refused as a whole, and reported") {
   refused({.mode = Mode::automatic}, Refusal::manual_after_fault);
 }
 
-TEST_CASE("a value out of its limits is told from an order that comes at the wrong time") {
+TEST_CASE("a value out of its limits is distinguished from a command at the wrong time") {
   using daemon::rt::is_out_of_limits;
   for (std::uint8_t code = 0; code <= static_cast<std::uint8_t>(Refusal::output_changed); ++code) {
     const auto refusal = static_cast<Refusal>(code);
@@ -1188,12 +1187,12 @@ TEST_CASE("a value out of its limits is told from an order that comes at the wro
   }
 }
 
-TEST_CASE("what is asked for and is so already is no offence") {
+TEST_CASE("a request for the present state is no error") {
   Loop loop;
   loop.run(5);
   loop.io.set_read_back(40.0);
   loop.run(2);
-  loop.io.inputs.output_ok = false;  // where the output stands is not known any more
+  loop.io.inputs.output_ok = false;  // the position of the output is not known any more
   loop.run(3);
   loop.order({.mode = Mode::automatic, .set_point = 55.0});
   loop.run(1);
@@ -1207,7 +1206,7 @@ TEST_CASE("in one cycle the operator has the last word, then the master, then th
   settings.controller.set_point_tracks_in_manual = false;
   Loop loop(settings);
   loop.run(5);
-  // As if all had come in another order.
+  // The commands act as if they had arrived in another order.
   loop.channels.operator_orders.orders.try_push({.jacket = JacketWish::off, .set_point = 61.0});
   loop.channels.master_orders.orders.try_push({.mode = Mode::manual, .set_point = 62.0});
   loop.channels.monitor_orders.orders.try_push({.jacket = JacketWish::on});
@@ -1215,7 +1214,7 @@ TEST_CASE("in one cycle the operator has the last word, then the master, then th
   CHECK(loop.mode() == Mode::manual);
   CHECK(loop.channels.set_point_wanted.load() == 61.0);
   CHECK(static_cast<control::JacketForm>(loop.row.jacket_form) == control::JacketForm::off);
-  // The master has taken the output from the operator's order by then, or given it to him.
+  // By then the master has withdrawn the output from the operator's command, or allowed it.
   loop.channels.operator_orders.orders.try_push({.output = 45.0});
   loop.channels.master_orders.orders.try_push({.mode = Mode::automatic});
   loop.run(1);
@@ -1228,7 +1227,7 @@ TEST_CASE("in one cycle the operator has the last word, then the master, then th
   CHECK(loop.io.written == Approx(45.0));
 }
 
-TEST_CASE("what the next order will find is told before the answer to the one before") {
+TEST_CASE("the state for the next command is published before the answer to the previous one") {
   Loop loop;
   loop.run(1);
   const auto standing = [&] { return daemon::rt::unpacked(loop.channels.standing.load()); };
@@ -1241,7 +1240,7 @@ TEST_CASE("what the next order will find is told before the answer to the one be
   CHECK(standing().output_in_fault);
 }
 
-TEST_CASE("the jacket's rate and what a compensator adds are recorded apart") {
+TEST_CASE("the jacket's rate and the compensator's part are recorded separately") {
   auto settings = plain_settings();
   settings.controller.compensator = {
       .kind = control::CompensatorKind::reinforcement, .limit = 5.0, .amplitude = 1.5};
@@ -1278,8 +1277,7 @@ TEST_CASE("while commands are withheld the output is not known, and no fault has
   CHECK((loop.row.flags & record::kOutOfService) != 0);
   CHECK_FALSE(daemon::rt::unpacked(loop.channels.standing).output_known);
   CHECK(std::isnan(loop.channels.output_wanted));
-  // Without a read-back it goes on from what it last asked for, otherwise from where the valve
-  // stands.
+  // Without a read-back it continues from its last request, otherwise from the valve's position.
   loop.run(2);
   CHECK(loop.io.last.write);
   CHECK(loop.fault() == Fault::none);
@@ -1290,7 +1288,7 @@ TEST_CASE("while commands are withheld the output is not known, and no fault has
   CHECK((loop.row.flags & record::kOutOfService) == 0);
 }
 
-TEST_CASE("an order for an output ends the withholding of commands, which automatic does not know",
+TEST_CASE("a command for an output ends the withholding of commands, but automatic does not",
           "[rt][commissioning]") {
   Loop loop;
   loop.run(5);
@@ -1299,13 +1297,13 @@ TEST_CASE("an order for an output ends the withholding of commands, which automa
   loop.channels.withheld_until_ns = INT64_MAX;
   loop.run(5);
   REQUIRE_FALSE(loop.io.last.write);
-  SECTION("an output, which goes out at once") {
+  SECTION("an output, which is sent at once") {
     loop.order({.number = 2, .output = 30.0});
     loop.run(1);
     CHECK(loop.io.last.write);
     CHECK(loop.io.written == 30.0);
   }
-  SECTION("automatic is refused while it is not known where the output stands") {
+  SECTION("automatic is refused while the position of the output is unknown") {
     loop.order({.number = 2, .mode = Mode::automatic});
     loop.run(1);
     CHECK(loop.answer() == Refusal::output_unknown);
@@ -1330,7 +1328,7 @@ TEST_CASE("offered settings wait while a loop is being commissioned", "[rt][comm
   loop.channels.commissioned = true;
   const bool offered_before = GENERATE(true, false);
   if (offered_before) {
-    // It waited for the output when the commissioning began.
+    // The settings already waited for the output when the commissioning began.
     loop.channels.commissioned = false;
     offered.controller.output.high = 20.0;
     loop.channels.settings.publish({.settings = offered, .number = 3});

@@ -29,7 +29,7 @@ struct Paced {
   }
 };
 
-// Records of a loop in the order in which they were made.
+// Returns the records of a loop in the order of their cycles.
 std::vector<record::RecordRow> rows_of(Loop& loop) {
   std::vector<record::RecordRow> rows;
   record::RecordRow row;
@@ -64,7 +64,7 @@ TEST_CASE("loops of one period are spread over the ticks") {
   CHECK((later.front().flags & record::kLateCycle) == 0);
 }
 
-TEST_CASE("jitter shorter than a tick costs nothing and does not add up") {
+TEST_CASE("jitter shorter than a tick has no effect and does not add up") {
   Paced paced;
   Loop loop;
   paced.runner.add(loop.cycle, 1);
@@ -79,7 +79,8 @@ TEST_CASE("jitter shorter than a tick costs nothing and does not add up") {
   CHECK(paced.runner.status().overruns == 0);
 }
 
-TEST_CASE("an overrun keeps the phase, is counted, and the loop learns what it missed") {
+TEST_CASE(
+    "an overrun keeps the phase, is counted, and the loop gets the number of missed periods") {
   Paced paced;
   Loop loop;
   paced.runner.add(loop.cycle, 1);
@@ -98,7 +99,7 @@ TEST_CASE("an overrun keeps the phase, is counted, and the loop learns what it m
   CHECK(status.wake_up.worst_ns == 3 * kTick + 1000);
 }
 
-TEST_CASE("the histogram's quantiles bound what was put in") {
+TEST_CASE("the histogram's quantiles bound the recorded values") {
   LatencyHistogram h;
   CHECK(h.quantile_ns(0.5) == 0);
   for (int i = 0; i < 99; ++i) h.add(3'500);  // 3.5 us: bin [2, 4) us

@@ -62,11 +62,11 @@ class Loop {
   }
   control::Fault fault() const { return static_cast<control::Fault>(row.fault); }
   control::Mode mode() const { return static_cast<control::Mode>(row.mode); }
-  // As the operator; `answer()` tells what became of it.
+  // Sends a command as the operator; `answer()` returns its outcome.
   bool order(const daemon::rt::Order& order) {
     return channels.operator_orders.orders.try_push(order);
   }
-  // The newest one that there is.
+  // Returns the newest one.
   daemon::rt::Refusal answer() {
     daemon::rt::OrderAnswer answer;
     while (channels.operator_orders.answers.try_pop(answer)) {

@@ -30,14 +30,14 @@ hal::Sample good(double value, std::int64_t time_ns) {
           .limit = hal::Limit::none};
 }
 
-TEST_CASE("a fresh value in range passes as it is") {
+TEST_CASE("a fresh value in range is unchanged") {
   PvGuard guard(settings());
   CHECK(guard.check(good(5.0, kSecond), {.value = 50.0}, kSecond).quality == hal::Quality::good);
   CHECK(guard.check(good(10.5, kSecond), {.value = 50.0}, kSecond).quality == hal::Quality::good);
   CHECK(guard.check(good(-0.5, kSecond), {.value = 50.0}, kSecond).quality == hal::Quality::good);
 }
 
-TEST_CASE("age, range and numbers that are none make a value bad, each with its reason") {
+TEST_CASE("age, range and values that are no numbers make a value bad, each with its reason") {
   PvGuard guard(settings());
   const auto reason = [&](double value, std::int64_t age_ns) {
     const hal::Sample s = guard.check(good(value, kSecond), {.value = 50.0}, kSecond + age_ns);
@@ -62,7 +62,7 @@ TEST_CASE("the guard never raises a quality") {
   CHECK(guard.check(sample, {.value = 50.0}, kSecond).quality == hal::Quality::uncertain);
 }
 
-// PV and CO of one loop, looked at by the guard.
+// The guard with PV and CO of one loop.
 struct Looks {
   explicit Looks(double frozen_after_s = 10.0) : guard(settings(frozen_after_s)) {}
 
@@ -72,7 +72,7 @@ struct Looks {
     if (quality == Quality::uncertain) sample.reason = Reason::out_of_range;
     return guard.check(sample, {.value = co, .automatic = automatic}, second * kSecond).reason;
   }
-  // Every second up to and without `to`; the last reason.
+  // Steps every second up to and without `to`; returns the last reason.
   Reason each(std::int64_t from, std::int64_t to, double pv, double co) {
     Reason last = Reason::none;
     for (std::int64_t s = from; s < to; ++s) last = at(s, pv, co);
@@ -85,7 +85,7 @@ struct Looks {
 
 TEST_CASE("a PV that repeats one value after CO has moved by a tenth of its span is frozen") {
   Looks looks;
-  CHECK(looks.each(0, 60, 5.0, 50.0) == Reason::none);  // CO rests as well
+  CHECK(looks.each(0, 60, 5.0, 50.0) == Reason::none);  // CO is constant as well
   CHECK(looks.each(60, 90, 5.0, 59.9) == Reason::none);
   CHECK(looks.each(90, 101, 5.0, 60.0) == Reason::none);  // PV has ten seconds to answer
   CHECK(looks.at(101, 5.0, 60.0) == Reason::frozen);
@@ -95,7 +95,7 @@ TEST_CASE("a PV that repeats one value after CO has moved by a tenth of its span
   CHECK(looks.at(104, 5.001, 50.0) == Reason::none);
 }
 
-TEST_CASE("CO that swings about one value has moved by its lowest and highest") {
+TEST_CASE("CO that swings about one value has moved from its lowest to its highest") {
   Looks looks;
   looks.at(0, 5.0, 50.0);
   looks.at(1, 5.0, 55.0);
@@ -104,7 +104,7 @@ TEST_CASE("CO that swings about one value has moved by its lowest and highest") 
   CHECK(looks.at(13, 5.0, 50.0) == Reason::frozen);
 }
 
-TEST_CASE("without a time PV is not checked for standing still") {
+TEST_CASE("without a configured time PV is not checked for freezing") {
   Looks looks(0.0);
   looks.at(0, 5.0, 0.0);
   CHECK(looks.each(1, 5000, 5.0, 100.0) == Reason::none);
@@ -122,7 +122,7 @@ TEST_CASE("a slow process that answers in time is not frozen") {
   }
 }
 
-TEST_CASE("a PV of coarse resolution, or reported on change, has three times its usual rest") {
+TEST_CASE("a PV of coarse resolution, or reported on change, has three times its usual pause") {
   Looks looks;
   // A new value each 40 s, while CO drifts by 3 %/min.
   const auto co_at = [](std::int64_t s) { return 20.0 + 0.05 * static_cast<double>(s % 1000); };
@@ -136,7 +136,7 @@ TEST_CASE("a PV of coarse resolution, or reported on change, has three times its
   CHECK(looks.each(2100, 2130, 4.7, 70.0) == Reason::frozen);
 }
 
-TEST_CASE("a PV that changes again and again needs no longer for one rest long ago") {
+TEST_CASE("one long pause in the past does not delay the check of a PV that changes often") {
   Looks looks;
   looks.each(0, 5000, 5.0, 50.0);  // out of service
   for (std::int64_t s = 5000; s < 6000; ++s) looks.at(s, s % 2 == 0 ? 5.1 : 5.2, 50.0);
@@ -175,7 +175,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("a CO that is not known has not moved") {
+TEST_CASE("an unknown CO has not moved") {
   constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
   Looks looks;
   looks.each(0, 100, 5.0, kNan);
@@ -185,9 +185,9 @@ TEST_CASE("a CO that is not known has not moved") {
   CHECK(looks.each(300, 320, 5.0, 72.0) == Reason::frozen);
 }
 
-TEST_CASE("the first value is not frozen, whatever it is and wherever the output stands") {
+TEST_CASE("the first value is not frozen, whatever its size and the output") {
   Looks looks(2.0);
-  // A flow below the cut-off of its transmitter is exactly 0.
+  // A flow below the cut-off of its transmitter reads exactly 0.
   CHECK(looks.at(100, 0.0, 50.0) == Reason::none);
 }
 
@@ -197,14 +197,14 @@ TEST_CASE("an output that is learnt has not moved; one that moves from there has
   looks.guard.output_learned(60.0);
   CHECK(looks.each(13, 20, 5.0, 60.0) == Reason::none);
   CHECK(looks.each(20, 24, 5.0, 72.0) == Reason::frozen);
-  // Learnt while there is nothing to see, it counts once.
+  // A position that is learnt while PV is not visible counts once.
   looks.at(24, 5.1, 72.0);
   looks.at(25, 5.1, 72.0, Quality::bad);
   looks.guard.output_learned(-40.0);
   CHECK(looks.each(26, 40, 5.1, 32.0) == Reason::none);
 }
 
-TEST_CASE("what passes while PV is bad or held by the backend does not make it frozen") {
+TEST_CASE("time in which PV is bad or held by the backend does not make it frozen") {
   const Quality unseen = GENERATE(Quality::bad, Quality::uncertain);
   Looks looks(2.0);
   looks.at(10, 5.0, 50.0);
@@ -215,7 +215,7 @@ TEST_CASE("what passes while PV is bad or held by the backend does not make it f
   CHECK(looks.at(51, 5.0, 8.0, unseen) != Reason::frozen);
   CHECK(looks.at(90, 5.0, 8.0, unseen) != Reason::frozen);
   CHECK(looks.at(91, 5.0, 8.0) == Reason::none);
-  CHECK(looks.at(92, 5.0, 8.0) == Reason::none);  // 2 s seen in all
+  CHECK(looks.at(92, 5.0, 8.0) == Reason::none);  // 2 s observed in all
   CHECK(looks.at(93, 5.0, 8.0) == Reason::frozen);
 }
 
@@ -243,7 +243,7 @@ TEST_CASE("codes for no value are out of the range of every signal") {
   strict.range_margin = 0.0;
   CHECK(checked_as_pv(good(10.01, 0), strict).quality == Quality::bad);
   CHECK(checked_as_output(good(-1.0, 0), strict, pid).quality == Quality::good);
-  // A code that the range contains is a value.
+  // A code inside the range is a value.
   pid.output_high = 65535.0;
   CHECK(checked_as_output(good(65535.0, 0), pv, pid).quality == Quality::good);
 }

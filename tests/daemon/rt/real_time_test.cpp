@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// No allocation, lock or system call in a cycle: on every backend, with every jacket and compensator.
+// A cycle makes no allocation, lock or system call: on every backend, with every jacket and
+// compensator.
 #include <catch2/catch.hpp>
 #include <fcntl.h>
 #include <unistd.h>
@@ -83,7 +84,7 @@ control::CompensatorSettings compensator(CompensatorKind kind) {
           .noise_band = 0.01};
 }
 
-// A loop whose every cycle is guarded, on a backend that is there as long as this.
+// A loop that guards each of its cycles. The backend must outlive it.
 class GuardedLoop {
  public:
   GuardedLoop(const daemon::rt::LoopSettings& settings, double set_point, hal::LoopIo& io)
@@ -126,7 +127,7 @@ void check_no_offence() {
   CHECK(RealTimeSection::offences() == 0);
 }
 
-// The last offence of one thing done in a guarded section; empty: none.
+// Returns the last offence of an action in a guarded section; empty without an offence.
 std::string offence_of(const std::function<void()>& thing) {
   RealTimeSection::reset();
   {
@@ -138,7 +139,7 @@ std::string offence_of(const std::function<void()>& thing) {
 
 TEST_CASE("the guard names an allocation, a release, a lock, a write and a read", "[real_time]") {
   void* memory = nullptr;
-  // Through a volatile pointer, or the compiler takes both away.
+  // Calls through a volatile pointer. Otherwise the compiler removes both.
   void* (*volatile allocate)(std::size_t) = std::malloc;
   void (*volatile release)(void*) = std::free;
   CHECK(offence_of([&] { memory = allocate(100); }) == "malloc");
@@ -161,7 +162,7 @@ TEST_CASE("the guard names an allocation, a release, a lock, a write and a read"
   ::close(ends[1]);
 }
 
-TEST_CASE("cycles on the simulated backend, through faults and orders, neither allocate nor lock",
+TEST_CASE("cycles on the simulated backend, through faults and commands, neither allocate nor lock",
           "[real_time]") {
   auto settings = busy_settings();
   SECTION("with each jacket") {
@@ -186,7 +187,7 @@ TEST_CASE("cycles on the simulated backend, through faults and orders, neither a
     const record::RecordRow row = loop.step(k * kPeriodNs, k > 1900);
     added = added || (row.flags & (record::kJacketActs | record::kCompensatorActs)) != 0;
   }
-  CHECK(added);  // else nothing of it was tried
+  CHECK(added);  // otherwise the effects were not tried
   check_no_offence();
 }
 
@@ -217,7 +218,7 @@ TEST_CASE("planned moves neither allocate nor lock, whatever they do", "[real_ti
   check_no_offence();
 }
 
-TEST_CASE("cycles on a Modbus device, there and silent, neither allocate nor lock",
+TEST_CASE("cycles on a Modbus device, present and silent, neither allocate nor lock",
           "[real_time][modbus]") {
   using test::mb::RegisterType;
   test::ForeignProcess device("plant_device.py");

@@ -19,7 +19,8 @@ watch::Cycle cycle(std::uint64_t index, bool automatic = true, bool good = true)
 
 }  // namespace
 
-TEST_CASE("the newest minutes are kept in their order, the oldest go", "[monitor][history]") {
+TEST_CASE("the newest minutes are kept in their order, the oldest are deleted",
+          "[monitor][history]") {
   History history(1.0, 0.1);  // ten cycles
   for (std::uint64_t k = 100; k < 125; ++k) history.add(cycle(k));
   const History::Minutes minutes = history.minutes();
@@ -33,7 +34,7 @@ TEST_CASE("the newest minutes are kept in their order, the oldest go", "[monitor
   CHECK(history.newest() == 124);
 }
 
-TEST_CASE("missing cycles and bad PV are NaN; a long gap and manual begin anew",
+TEST_CASE("missing cycles and bad PV are NaN; a long gap and manual restart the history",
           "[monitor][history]") {
   History history(100.0, 0.1);
   history.add(cycle(1));
@@ -57,7 +58,7 @@ TEST_CASE("missing cycles and bad PV are NaN; a long gap and manual begin anew",
   CHECK(minutes.pv[0] == 202.2);
 }
 
-TEST_CASE("how long something has spoken against the twin", "[monitor][history]") {
+TEST_CASE("the duration of a condition that contradicts the twin", "[monitor][history]") {
   History history(100.0, 0.1);
   for (std::uint64_t k = 0; k < 50; ++k) {
     history.add(cycle(k));
@@ -66,7 +67,7 @@ TEST_CASE("how long something has spoken against the twin", "[monitor][history]"
   CHECK(history.unquiet_s() == Approx(3.0));
   history.quiet();
   CHECK(history.unquiet_s() == 0.0);
-  // Never quiet: not longer than what there is.
+  // Never quiet: not longer than the recorded time.
   History other(100.0, 0.1);
   for (std::uint64_t k = 1000; k < 1010; ++k) other.add(cycle(k));
   CHECK(other.unquiet_s() <= 1.0);

@@ -25,8 +25,8 @@ using alarm::AlarmState;
 using alarm::WindowState;
 using record::RecordRow;
 
-// Says what it is told to say, and counts.
-class ScriptedJudge final : public alarm::WindowJudge {
+// Returns the judgement that the test sets, and counts its calls.
+class ScriptedJudge final : public model::WindowJudge {
  public:
   alarm::WindowJudgement judge(const alarm::Window& window) noexcept override {
     ++windows;
@@ -55,7 +55,7 @@ alarm::CorrectiveSettings planned_moves(bool on_order) {
           .max_moves_per_hour = 30.0};
 }
 
-// A stiction alarm, as a stick that is known.
+// An explained stiction alarm with a known stick.
 Explanation explained_at(std::int64_t utc_ms) {
   Explanation e;
   e.alarm = AlarmKind::stiction;
@@ -83,8 +83,8 @@ struct Bench {
                                          [this] { return now_ms; });
     make_monitor();
   }
-  // `corrective`: of the first loop.
-  void make_monitor(const alarm::CorrectiveSettings& corrective = {}) {
+  // `corrective`: for the first loop.
+  void make_monitor(const model::CorrectiveSettings& corrective = {}) {
     std::vector<MonitoredLoop> monitored;
     for (std::size_t i = 0; i < rings.size(); ++i) {
       monitored.push_back({.cycles = rings[i].get(),
@@ -126,7 +126,7 @@ struct Bench {
   AlarmState state(AlarmKind kind, std::size_t loop = 0) const {
     return board->watch(loop).alarms.alarm(kind).state();
   }
-  // Lines of a kind, oldest first, as "from > to".
+  // Returns the lines of a kind, oldest first, as "from > to".
   std::vector<std::string> lines(AlarmKind kind) {
     journal.wait_written(journal.post({}), std::chrono::seconds(20));
     std::vector<std::string> texts;
@@ -138,7 +138,7 @@ struct Bench {
     return texts;
   }
 
-  // The reasons of a kind's lines, oldest first.
+  // Returns the reasons of a kind's lines, oldest first.
   std::vector<std::string> reasons(AlarmKind kind) {
     journal.wait_written(journal.post({}), std::chrono::seconds(20));
     std::vector<std::string> texts;
@@ -148,7 +148,7 @@ struct Bench {
     }
     return texts;
   }
-  // Cycles that `change` has spoilt, of the first loop.
+  // Runs cycles of the first loop that `change` has spoilt.
   template <class Change>
   void run_spoilt(std::uint64_t cycles, Change change) {
     for (std::uint64_t i = 0; i < cycles; ++i) {
@@ -160,7 +160,7 @@ struct Bench {
     for (int i = 0; i < 8; ++i) monitor->round();
   }
 
-  // The loop takes the order that has been given, which is this.
+  // Makes the loop take the given command, which must be `wish`.
   void answer(rt::MovesWish wish) {
     rt::Order order;
     REQUIRE(box.orders.try_pop(order));
@@ -170,15 +170,15 @@ struct Bench {
     monitor->round();
   }
 
-  // Of the first loop.
-  alarm::ProcessSettings process{.normal_mode = alarm::NormalMode::automatic, .limits = {}};
+  // For the first loop.
+  model::ProcessSettings process{.normal_mode = model::NormalMode::automatic, .limits = {}};
   tests::TemporaryFolder folder;
   std::int64_t now_ms = 1'800'000'000'000;
   journal::Journal journal{{.folder = folder.path()}};
   std::vector<std::unique_ptr<base::SpscRing<RecordRow>>> rings;
   std::vector<std::unique_ptr<ScriptedJudge>> judges;
   std::vector<std::uint64_t> next;
-  // Of the first loop.
+  // For the first loop.
   rt::OrderBox box;
   std::atomic<std::uint8_t> standing{0};
   std::atomic<std::uint32_t> settings_taken{0};
@@ -197,7 +197,7 @@ struct Bench {
 
 }  // namespace
 
-TEST_CASE("an alarm of routine evidence is raised once, with the samples that it comes from",
+TEST_CASE("an alarm of routine evidence is raised once, with the samples of that evidence",
           "[monitor]") {
   effects::StictionKarnopp valve({.s = 4.0, .j = 3.0}, 0.5);
   valve.reset(50.0);
@@ -246,7 +246,7 @@ TEST_CASE("an alarm of routine evidence is raised once, with the samples that it
   CHECK(e.co.back() == Approx(run.co[both - 1]).epsilon(1e-6));
 }
 
-TEST_CASE("a fault in enough windows is an alarm, and goes when the valve is repaired",
+TEST_CASE("a fault in enough windows is an alarm, and clears when the valve is repaired",
           "[monitor]") {
   Bench bench;
   bench.run(2 * kWindow);
@@ -254,7 +254,7 @@ TEST_CASE("a fault in enough windows is an alarm, and goes when the valve is rep
   CHECK(bench.state(AlarmKind::stiction) == AlarmState::normal);
   bench.judges[0]->says = fault(AlarmKind::stiction, 6.0);
   bench.run(kWindow);
-  CHECK(bench.state(AlarmKind::stiction) == AlarmState::normal);  // one window is none
+  CHECK(bench.state(AlarmKind::stiction) == AlarmState::normal);  // one window raises no alarm
   bench.run(kWindow);
   CHECK(bench.state(AlarmKind::stiction) == AlarmState::unacknowledged);
   CHECK(bench.board->watch(0).alarms.alarm(AlarmKind::stiction).memory().severity_percent == 6.0);
@@ -269,8 +269,7 @@ TEST_CASE("a fault in enough windows is an alarm, and goes when the valve is rep
   CHECK(bench.board->watch(0).windows == 6);
 }
 
-TEST_CASE("a lost device is told by process alarms, with their reasons in the journal",
-          "[monitor]") {
+TEST_CASE("a lost device raises process alarms, with their reasons in the journal", "[monitor]") {
   const auto lost = [](RecordRow& row) {
     row.pv = std::nan("");
     row.pv_quality = static_cast<std::uint8_t>(hal::Quality::bad);
@@ -298,7 +297,7 @@ TEST_CASE("a lost device is told by process alarms, with their reasons in the jo
 
   REQUIRE(bench.board->act(0, {AlarmKind::bad_pv, alarm::AlarmAction::acknowledge, 0, "me", {}})
               .accepted);
-  SECTION("they go when the loop does its work again, each with its reason") {
+  SECTION("they clear when the loop works again, each with its reason") {
     bench.run(601);
     CHECK(bench.state(AlarmKind::bad_pv) == AlarmState::normal);
     CHECK(bench.state(AlarmKind::output_lost) == AlarmState::returned_unacknowledged);
@@ -307,14 +306,14 @@ TEST_CASE("a lost device is told by process alarms, with their reasons in the jo
     CHECK(bench.reasons(AlarmKind::not_normal_mode).back() == "AUTO; the normal mode is automatic");
     CHECK(bench.state(AlarmKind::not_normal_mode) == AlarmState::normal);
   }
-  SECTION("what followed from them comes once it stands for itself") {
+  SECTION("a consequence is raised once it is an alarm without its cause") {
     bench.run_spoilt(
         601, [](RecordRow& row) { row.mode = static_cast<std::uint8_t>(control::Mode::manual); });
     CHECK(bench.state(AlarmKind::output_lost) == AlarmState::returned_unacknowledged);
     CHECK(bench.state(AlarmKind::not_normal_mode) == AlarmState::unacknowledged);
     CHECK(bench.reasons(AlarmKind::not_normal_mode).back() == "what it followed from has gone");
   }
-  SECTION("a restart keeps them as they were, and they don't come again") {
+  SECTION("a restart keeps them, and they are not raised again") {
     bench.make_monitor();
     bench.run_spoilt(300, lost);
     CHECK(bench.state(AlarmKind::bad_pv) == AlarmState::acknowledged);
@@ -325,7 +324,7 @@ TEST_CASE("a lost device is told by process alarms, with their reasons in the jo
   }
 }
 
-TEST_CASE("a limit that PV passes is told with both; a deviation rests in manual", "[monitor]") {
+TEST_CASE("a limit alarm has the limit and PV; a deviation is off in manual", "[monitor]") {
   Bench bench;
   bench.process.at(AlarmKind::pv_high).fitted = true;
   bench.process.limits.at(AlarmKind::pv_high) = {60.0, 1.0};
@@ -383,7 +382,7 @@ TEST_CASE("each loop has its own process alarms, with or without specialists", "
         "nothing tells where the output stands");
 }
 
-TEST_CASE("the journal says of an alarm why it came and, otherwise, why it went", "[monitor]") {
+TEST_CASE("the journal has the reason why an alarm was raised or cleared", "[monitor]") {
   Bench bench;
   alarm::AlarmConditions conditions{};
   const auto twin = [&](bool on) {
@@ -408,8 +407,10 @@ TEST_CASE("the journal says of an alarm why it came and, otherwise, why it went"
                                             "windows: they no longer show it"});
 }
 
-TEST_CASE("no window across manual, bad PV or a gap; alarms that are off say they can't come",
-          "[monitor]") {
+TEST_CASE(
+    "no window across manual, bad PV or a gap; alarms that are off are shown as unable to be "
+    "raised",
+    "[monitor]") {
   Bench bench;
   bench.run(kWindow);
   REQUIRE(bench.state(AlarmKind::stiction) == AlarmState::normal);
@@ -459,7 +460,7 @@ TEST_CASE("a saturated window is not judged, and is counted", "[monitor]") {
   CHECK(watch.measures.saturated_percent == Approx(100.0 * 120 / 961));
 }
 
-TEST_CASE("without specialists the classical measures are there", "[monitor]") {
+TEST_CASE("without specialists the classical measures are available", "[monitor]") {
   Bench bench;
   std::vector<MonitoredLoop> monitored{{.cycles = bench.rings[0].get(),
                                         .window = {.overlap = 0.0, .sample_time_s = 0.1},
@@ -505,11 +506,11 @@ TEST_CASE("an acknowledged alarm stays acknowledged over a restart", "[monitor]"
                                         .judge = bench.judges[0].get(),
                                         .rule = {.windows = 2, .windows_on = 2, .windows_off = 0}}};
   bench.monitor = std::make_unique<Monitor>(std::move(monitored), board);
-  bench.run(kWindow);  // the first window alone would be no alarm
+  bench.run(kWindow);  // the first window by itself would raise no alarm
   CHECK(board.watch(0).alarms.alarm(AlarmKind::stiction).state() == AlarmState::acknowledged);
 }
 
-TEST_CASE("all alarms that wait are acknowledged at once, no other, and nobody waits for the disk",
+TEST_CASE("all waiting alarms are acknowledged at once, no other, without waiting for the disk",
           "[monitor]") {
   tests::TemporaryFolder folder;
   journal::Journal journal({.folder = folder.path()});  // not started: its disk never answers
@@ -522,7 +523,7 @@ TEST_CASE("all alarms that wait are acknowledged at once, no other, and nobody w
   REQUIRE(
       board.act(7, {AlarmKind::stiction, alarm::AlarmAction::shelve, 60'000, "me", {}}).accepted);
 
-  // One of a kind that was not meant.
+  // An alarm of a kind that the request does not include.
   board.process_changed(3, std::vector<ProcessNews>{{{AlarmKind::bad_pv, true}, "PV is bad"}});
 
   const Acknowledged done = board.acknowledge_all(alarm::kValveAlarms, "10.0.0.7:1000", "seen");
@@ -539,14 +540,15 @@ TEST_CASE("all alarms that wait are acknowledged at once, no other, and nobody w
                              : AlarmState::acknowledged));
   }
   CHECK(journal.written(done.ticket) == journal::Written::not_yet);
-  // The last of all lines: whoever waits for it waits once.
+  // The last of all lines: a caller that waits for it waits once.
   CHECK(done.ticket == journal.post({}) - 1);
   CHECK(board.acknowledge_all(alarm::kValveAlarms, "10.0.0.7:1000", {}).alarms.empty());
   CHECK(board.acknowledge_all(alarm::kAlarmKinds, "10.0.0.7:1000", {}).alarms.size() == 1);
 }
 
-TEST_CASE("what one change raises is one incident: told, acknowledged, and known after a restart",
-          "[monitor][incident]") {
+TEST_CASE(
+    "the alarms of one change are one incident: reported, acknowledged, and kept over a restart",
+    "[monitor][incident]") {
   Bench bench;
   const auto incident = [&](const WatchBoard& board) { return board.watch(0).incident.incident(); };
   bench.judges[0]->says = fault(AlarmKind::stiction, 5.0);
@@ -610,7 +612,7 @@ TEST_CASE("what one change raises is one incident: told, acknowledged, and known
   CHECK_FALSE(incident(*bench.board).open());
 }
 
-TEST_CASE("a shelved alarm comes back by itself when its time is over", "[monitor]") {
+TEST_CASE("a shelved alarm returns by itself after its time", "[monitor]") {
   Bench bench;
   bench.judges[0]->says = fault(AlarmKind::stiction, 5.0);
   bench.run(2 * kWindow);
@@ -646,7 +648,7 @@ TEST_CASE("loops are served in turn: a long queue of one does not keep the other
   CHECK(bench.monitor->status().windows == 6);
 }
 
-TEST_CASE("corrective action: journalled as the loop answers, and given up where it refuses",
+TEST_CASE("corrective action: journalled with the loop's answer, and given up if refused",
           "[monitor][corrective]") {
   Bench bench;
   bench.make_monitor({.enabled = true});
@@ -670,7 +672,7 @@ TEST_CASE("corrective action: journalled as the loop answers, and given up where
   rt::Order order;
   REQUIRE(box.orders.try_pop(order));
   CHECK(order.jacket == rt::JacketWish::on);
-  CHECK(written().empty());  // nobody knows yet what came of it
+  CHECK(written().empty());  // the outcome is not known yet
 
   SECTION("refused: a reload has taken the jacket away") {
     box.answers.try_push({order.number, rt::Refusal::no_jacket});
@@ -691,7 +693,7 @@ TEST_CASE("corrective action: journalled as the loop answers, and given up where
     CHECK(written() == std::vector<std::string>{"jacket on: waiting > trying: done"});
   }
   SECTION("a reload sets the jacket as its file has it, in shadow") {
-    // `on` may be answered or underway: the loop takes settings before orders.
+    // `on` may be answered or underway: the loop takes settings before commands.
     const bool answered = GENERATE(true, false);
     if (answered) box.answers.try_push({order.number, rt::Refusal::none});
     ++bench.settings_taken;
@@ -704,8 +706,8 @@ TEST_CASE("corrective action: journalled as the loop answers, and given up where
     bench.monitor->round();
     CHECK(written() == std::vector<std::string>{"jacket on: waiting > trying: done",
                                                 "jacket back to shadow: trying > waiting: done"});
-    // The valve sticks still: once more, from a baseline of its own.
-    bench.run((alarm::kBaseline - 1) * kWindow);
+    // The valve still sticks: once more, from a new baseline.
+    bench.run((model::kBaseline - 1) * kWindow);
     CHECK_FALSE(box.orders.try_pop(order));
     bench.run(kWindow);
     REQUIRE(box.orders.try_pop(order));
@@ -719,7 +721,7 @@ TEST_CASE("corrective action: journalled as the loop answers, and given up where
   }
 }
 
-TEST_CASE("planned moves: from the explained alarm through a shadow to a loop that is calm",
+TEST_CASE("planned moves: from the explained alarm through a shadow to a steady loop",
           "[monitor][corrective]") {
   Bench bench;
   const bool on_order = GENERATE(false, true);
@@ -753,7 +755,7 @@ TEST_CASE("planned moves: from the explained alarm through a shadow to a loop th
   bench.answer(rt::MovesWish::on);
   CHECK(corrective() == alarm::CorrectiveState::trying);
 
-  // The windows no longer show the valve: the alarm stays all the same.
+  // The windows no longer show the valve. The alarm stays on nevertheless.
   bench.moves.publish({.phase = control::MovePhase::resting, .gain = 0.3});
   bench.judges[0]->says = {};
   bench.judges[0]->says.result = GENERATE(alarm::WindowJudgement::Result::no_fault,
@@ -761,7 +763,7 @@ TEST_CASE("planned moves: from the explained alarm through a shadow to a loop th
   bench.run(5 * kWindow);
   CHECK(bench.state(AlarmKind::stiction) == AlarmState::unacknowledged);
 
-  // Repaired: the stem follows a probe, and windows judge the valve again.
+  // Repaired: the stem follows a probe, and windows can judge the valve again.
   bench.moves.publish({.phase = control::MovePhase::given_back,
                        .reason = control::GivenBack::valve_follows,
                        .for_good = true});
@@ -775,7 +777,7 @@ TEST_CASE("planned moves: from the explained alarm through a shadow to a loop th
   CHECK_FALSE(bench.box.orders.try_pop(order));
 }
 
-TEST_CASE("what was explained of an alarm from before the start begins no planned moves",
+TEST_CASE("an explanation of an alarm from before the start begins no planned moves",
           "[monitor][corrective]") {
   Bench bench;
   bench.judges[0]->says = fault(AlarmKind::stiction, 6.0);
@@ -784,7 +786,7 @@ TEST_CASE("what was explained of an alarm from before the start begins no planne
   bench.now_ms += 1000;
   const bool on_order = GENERATE(false, true);
   bench.make_monitor(planned_moves(on_order));
-  // As the daemon does once all is made.
+  // As in the daemon after its start.
   bench.board->restore(0, e);
   bench.run(3 * kWindow);
   rt::Order order;
@@ -793,7 +795,7 @@ TEST_CASE("what was explained of an alarm from before the start begins no planne
         (on_order ? alarm::CorrectiveState::offered : alarm::CorrectiveState::waiting));
 }
 
-TEST_CASE("a clock that is set back changes no name and holds up no planned moves",
+TEST_CASE("a clock that is set back changes no name and delays no planned moves",
           "[monitor][corrective][incident]") {
   constexpr std::int64_t kYear_ms = 365LL * 24 * 3'600'000;
   Bench bench;
@@ -817,7 +819,7 @@ TEST_CASE("a clock that is set back changes no name and holds up no planned move
   CHECK(bench.board->watch(0).corrective == alarm::CorrectiveState::in_shadow);
 }
 
-TEST_CASE("planned moves go by the newest explanation of the incident", "[monitor][corrective]") {
+TEST_CASE("planned moves follow the newest explanation of the incident", "[monitor][corrective]") {
   Bench bench;
   const bool on_order = GENERATE(false, true);
   bench.make_monitor(planned_moves(on_order));
@@ -828,7 +830,7 @@ TEST_CASE("planned moves go by the newest explanation of the incident", "[monito
   Explanation earlier = explained_at(bench.now_ms);
   --earlier.raised_ms;
   earlier.final_name = AlarmKind::model_gap;
-  // Of the incident before this one.
+  // From the incident before this one.
   bench.board->explained(0, earlier);
   bench.run(kWindow);
   CHECK(corrective() == alarm::CorrectiveState::waiting);
@@ -853,7 +855,7 @@ TEST_CASE("planned moves go by the newest explanation of the incident", "[monito
   }
   bench.answer(rt::MovesWish::shadow);
   CHECK(bench.moves_settings.newest().s == 0.8);
-  // Anew, while they are in shadow.
+  // A new explanation while they are in shadow.
   e.stick->s = 0.7;
   bench.board->explained(0, e);
   bench.monitor->round();
@@ -867,7 +869,7 @@ TEST_CASE("planned moves go by the newest explanation of the incident", "[monito
   CHECK(corrective() == alarm::CorrectiveState::waiting);
 }
 
-TEST_CASE("planned moves stay in shadow on hardware where s is known too roughly",
+TEST_CASE("planned moves stay in shadow on hardware if s is known too roughly",
           "[monitor][corrective]") {
   Bench bench;
   bench.make_monitor({.enabled = true, .form = alarm::CorrectiveForm::planned_moves});
@@ -885,7 +887,7 @@ TEST_CASE("planned moves stay in shadow on hardware where s is known too roughly
   CHECK_FALSE(bench.box.orders.try_pop(order));
 }
 
-TEST_CASE("what the ring had no room for is counted and breaks the window", "[monitor]") {
+TEST_CASE("rows that the ring had no room for are counted and break the window", "[monitor]") {
   Bench bench(1, 64);
   for (int i = 0; i < 100; ++i) bench.rings[0]->try_push(bench.row(0));
   bench.monitor->round();
@@ -910,7 +912,7 @@ TEST_CASE("500 loops on one thread", "[monitor]") {
   CHECK(bench.monitor->status().windows == 500);
 }
 
-TEST_CASE("an explanation stands with the alarm, and gives it another name where it is sure",
+TEST_CASE("an explanation is kept with the alarm, and renames it if it is sure",
           "[monitor][explain]") {
   Bench bench;
   bench.judges[0]->says = fault(AlarmKind::stiction, 6.0);
@@ -934,7 +936,7 @@ TEST_CASE("an explanation stands with the alarm, and gives it another name where
   bench.board->explained(0, e);
   CHECK(bench.state(AlarmKind::stiction) == AlarmState::normal);
   CHECK(bench.state(AlarmKind::model_gap) == AlarmState::unacknowledged);
-  // The same condition goes on: it is the other alarm's now.
+  // The same condition continues: it belongs to the other alarm now.
   bench.run(kWindow);
   CHECK(bench.state(AlarmKind::stiction) == AlarmState::normal);
   CHECK(bench.state(AlarmKind::model_gap) == AlarmState::unacknowledged);
@@ -969,8 +971,7 @@ TEST_CASE("an alarm whose stick the read-back shows is not renamed to learned",
   CHECK_FALSE(bench.board->watch(0).explanation->final_name);
 }
 
-TEST_CASE("what is explained again has a line where its name is another one",
-          "[monitor][explain]") {
+TEST_CASE("a new explanation has a journal line if its name is different", "[monitor][explain]") {
   Bench bench;
   bench.judges[0]->says = fault(AlarmKind::stiction, 6.0);
   bench.run(2 * kWindow);
@@ -995,7 +996,7 @@ TEST_CASE("what is explained again has a line where its name is another one",
   CHECK(lines("incident renamed") == 1);
   CHECK(bench.board->watch(0).explanation->confidence == 0.96);
   CHECK(bench.board->watch(0).incident.incident().name == "gain_change");
-  // The newest stands: the alarm has its own name again.
+  // The newest explanation applies: the alarm has its own name again.
   e.effect = "stiction";
   e.block = effects::Block::valve;
   e.final_name.reset();
@@ -1007,7 +1008,7 @@ TEST_CASE("what is explained again has a line where its name is another one",
   CHECK(bench.state(AlarmKind::model_gap) == AlarmState::normal);
 }
 
-TEST_CASE("what the twin says beside its alarm stands on the board, and its news in the journal",
+TEST_CASE("remarks of the twin are in the registry with its alarm, and its news in the journal",
           "[monitor][twin]") {
   Bench bench;
   watch::TwinRemarks remarks{.judging = watch::Judging::here,

@@ -16,7 +16,7 @@ namespace {
 
 constexpr double kUtc = 1'764'000'000.0;
 
-// A board with one loop, and a clock of its own.
+// A table with one loop, and with its own clock.
 struct Rig {
   Rig() { source.read(inputs); }
 
@@ -44,7 +44,7 @@ constexpr double kNoStamp = std::numeric_limits<double>::quiet_NaN();
 
 }  // namespace
 
-TEST_CASE("a fed value arrives where a loop asks for it", "[feed]") {
+TEST_CASE("a fed value arrives at the loop that asks for it", "[feed]") {
   Rig rig;
   CHECK(rig.pv().sample.quality == Quality::bad);
   CHECK(rig.pv().sample.reason == Reason::never_received);
@@ -58,7 +58,7 @@ TEST_CASE("a fed value arrives where a loop asks for it", "[feed]") {
   CHECK(rig.feeder.counters().unknown_names == 1);
 }
 
-TEST_CASE("quality comes from the source, and a bad one keeps the last good value's time",
+TEST_CASE("quality is that of the source, and a bad one keeps the last good value's time",
           "[feed]") {
   Rig rig;
   rig.put("PV", 12.5, kNoStamp);
@@ -73,7 +73,7 @@ TEST_CASE("quality comes from the source, and a bad one keeps the last good valu
   CHECK(rig.pv().sample.reason == Reason::not_finite);
 }
 
-TEST_CASE("a raw value is scaled for the loop that says so", "[feed]") {
+TEST_CASE("a raw value is scaled as its loop configures", "[feed]") {
   Rig rig;
   FeedSource raw{{.process_variable = {{"opcua", "PV"}, 0.5, -1.0}, .output = {{"opcua", "OP"}}},
                  rig.board};
@@ -102,7 +102,7 @@ TEST_CASE("a word is a mode and no number", "[feed]") {
   CHECK(rig.inputs.process_variable.sample.reason == Reason::not_finite);
 }
 
-TEST_CASE("another clock's offset is measured, and what comes late is as old as it is", "[feed]") {
+TEST_CASE("another clock's offset is measured, and a late value has its true age", "[feed]") {
   Rig rig;
   const double ahead_s = 3600.0;  // the source's clock
   for (int i = 0; i < 20; ++i, rig.now_s += 1.0) {
@@ -114,7 +114,7 @@ TEST_CASE("another clock's offset is measured, and what comes late is as old as 
   rig.feeder.lives(std::llround(rig.now_s * 1e9));
   rig.put("PV", 20.0, kUtc + rig.now_s + ahead_s - 8.05);
   CHECK(rig.age_s() == Approx(8.0).margin(1e-3));
-  // The silence of such a source tells of 8 s ago as well.
+  // The silence of such a source is also dated 8 s back.
   CHECK(static_cast<double>(rig.pv().alive_ns) * 1e-9 == Approx(rig.now_s - 8.0).margin(1e-3));
 }
 

@@ -83,7 +83,7 @@ TEST_CASE("while no measurement arrives the sample keeps its value, time and seq
   CHECK(input.sample().sequence == 1);
 }
 
-TEST_CASE("a reversed range turns the limit round") {
+TEST_CASE("a reversed range reverses the limit") {
   Bench bench;
   bench.iio.add_board(0, "board");
   bench.settings.low = 10.0;
@@ -95,7 +95,7 @@ TEST_CASE("a reversed range turns the limit round") {
   CHECK(input.sample().limit == Limit::high);
 }
 
-TEST_CASE("an input whose device is absent at start is good when it comes") {
+TEST_CASE("an input whose device is absent at start is good when it appears") {
   Bench bench;
   AnalogInput input = bench.input();
   for (int i = 0; i < 10; ++i) input.poll(i * kSecond / 10);
@@ -108,7 +108,7 @@ TEST_CASE("an input whose device is absent at start is good when it comes") {
 
   bench.iio.add_board(4, "board");
   input.poll(9 * kSecond / 10);
-  CHECK(input.sample().quality == Quality::bad);  // it is looked for once a second
+  CHECK(input.sample().quality == Quality::bad);  // it is probed once a second
   input.poll(kSecond);
   CHECK(input.sample().quality == Quality::good);
   for (int i = 0; i < 20; ++i) input.poll(kSecond + i * kSecond / 10);
@@ -117,7 +117,7 @@ TEST_CASE("an input whose device is absent at start is good when it comes") {
   CHECK(input.connected());
 }
 
-TEST_CASE("what the driver delivers instead of a number is an error of the device") {
+TEST_CASE("a text from the driver that is no number is an error of the device") {
   Bench bench;
   bench.iio.add_board(0, "board");
   AnalogInput input = bench.input();

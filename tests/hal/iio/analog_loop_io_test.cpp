@@ -55,7 +55,7 @@ struct Bench {
   }
 };
 
-// Generous: machines that run tests are busy.
+// A generous limit, because test hosts are loaded.
 template <class Condition>
 bool eventually(Condition condition) {
   for (int i = 0; i < 12'000; ++i) {
@@ -76,7 +76,7 @@ TEST_CASE("a loop on converters: values in, commands out, alive and silent") {
   CHECK(bench.read(*io).process_variable.value == Approx(50.0));
   CHECK(bench.read(*io).enable == Enable::closed);
 
-  // The loop renews its command; what it is told is what the converter makes of it.
+  // The loop renews its command, and receives the value that the converter makes of it.
   const double step = 100.0 / 3200.0;
   CHECK(eventually([&] {
     CHECK(bench.write(*io, 25.0 + 0.3 * step) == Approx(25.0));
@@ -91,7 +91,7 @@ TEST_CASE("a loop on converters: values in, commands out, alive and silent") {
   (*bench.lines)["enable"].active = false;
   CHECK(eventually([&] { return bench.read(*io).enable == Enable::open; }));
 
-  // It falls silent.
+  // The loop falls silent.
   CHECK(eventually([&] { return bench.iio.get(2, "out_current0_raw") == "700"; }));
   CHECK(eventually([&] { return !(*bench.lines)["relay"].active; }));
   CHECK(eventually([&] { return !bench.read(*io).output_ok; }));
@@ -122,21 +122,21 @@ TEST_CASE("while its I/O thread hangs the output counts as lost") {
   }));
 }
 
-TEST_CASE("the output's limits are known before the converter is") {
+TEST_CASE("the output's limits are known before the converter is found") {
   Bench bench;
   const auto io = bench.io();
   io->open();
-  // Before the first command: after it the I/O thread may have tried in vain at any time.
+  // Before the first command: after it the I/O thread may have failed at any time.
   CHECK(bench.read(*io).output_reason == Reason::never_received);
   CHECK(bench.write(*io, 1000.0) == Approx(103.125));
   CHECK(bench.write(*io, -1000.0) == Approx(-1.25));
   CHECK(bench.write(*io, 33.3) == Approx(33.3));
-  // Commanded in vain, it is lost.
+  // After a failed command it is lost.
   CHECK(eventually([&] { return bench.read(*io).output_reason == Reason::link_lost; }));
   CHECK_FALSE(bench.read(*io).output_ok);
 }
 
-TEST_CASE("what is no number is never put out") {
+TEST_CASE("a value that is no number is never put out") {
   Bench bench;
   bench.iio.add_board(0, "board");
   const auto io = bench.io();
@@ -158,12 +158,12 @@ TEST_CASE("drive puts an output out and keeps it") {
   CHECK_FALSE(io->drive(std::nan(""), milliseconds(10), why));
   REQUIRE(io->drive(10.0, milliseconds(60'000), why));
   CHECK(bench.iio.get(0, "out_current0_raw") == "1120");
-  std::this_thread::sleep_for(milliseconds(100));  // far beyond the age of commands
+  std::this_thread::sleep_for(milliseconds(100));  // far longer than the age limit of commands
   io->close();
   CHECK(bench.iio.get(0, "out_current0_raw") == "1120");
 }
 
-TEST_CASE("drive on an absent converter says why") {
+TEST_CASE("drive on an absent converter reports the reason") {
   Bench bench;
   const auto io = bench.io();
   io->open();

@@ -47,7 +47,7 @@ TEST_CASE("an output is written as the converter's raw number and read back") {
   CHECK(output.reason() == Reason::never_received);
   REQUIRE(output.stage());
   CHECK(output.stage()->raw_for(50.0) == 2400);
-  CHECK(bench.raw() == "0");  // connecting writes nothing
+  CHECK(bench.raw() == "0");  // connecting doesn't write
   CHECK(output.put(50.0, 0));
   CHECK(output.ok());
   CHECK(bench.raw() == "2400");
@@ -68,12 +68,12 @@ TEST_CASE("the safe current is put out as configured") {
   CHECK(keeps.writes() == 0);
 }
 
-TEST_CASE("a converter that does not hold what was written is an error") {
+TEST_CASE("a converter that does not keep the written value is an error") {
   Bench bench;
   bench.iio.add_board(0, "board");
   bench.settings.lowest_ma = 0.0;
   fs::remove(bench.iio.device(0) / "out_current0_raw");
-  // A file of the kernel that takes decimal numbers and delivers hexadecimal ones.
+  // A file of the kernel that accepts decimal numbers and returns hexadecimal ones.
   fs::create_symlink("/proc/self/coredump_filter", bench.iio.device(0) / "out_current0_raw");
   AnalogOutput output = bench.output();
   CHECK(output.put(-25.0, 0));  // 0 mA
@@ -89,7 +89,7 @@ TEST_CASE("a converter that delivers no number is an error") {
   Bench bench;
   bench.iio.add_board(0, "board");
   fs::remove(bench.iio.device(0) / "out_current0_raw");
-  // Takes every write, delivers nothing.
+  // Takes every write, delivers no current.
   fs::create_symlink("/dev/null", bench.iio.device(0) / "out_current0_raw");
   AnalogOutput output = bench.output();
   CHECK_FALSE(output.put(50.0, 0));
@@ -115,7 +115,7 @@ TEST_CASE("a refused write shows until one succeeds") {
   }
 }
 
-TEST_CASE("an absent converter is looked for once a second and may be commanded when it comes") {
+TEST_CASE("an absent converter is probed once a second and accepts commands when it appears") {
   Bench bench;
   AnalogOutput output = bench.output();
   output.connect(0);

@@ -58,7 +58,7 @@ struct Bench {
 
 }  // namespace
 
-TEST_CASE("inputs are polled at their period and published with what is known of the output") {
+TEST_CASE("inputs are polled at their period and published with the known output") {
   Bench bench;
   AnalogTask task = bench.task();
   task.open(0);
@@ -82,7 +82,7 @@ TEST_CASE("inputs are polled at their period and published with what is known of
   CHECK(task.state.newest().inputs.process_variable.sequence == 4);
 }
 
-TEST_CASE("the valve's read-back is delivered where it is fitted") {
+TEST_CASE("the valve's read-back is delivered if it is fitted") {
   Bench bench;
   bench.iio.set(0, "in_current1_raw", "1600\n");  // 8 mA
   bench.settings.read_back = bench.settings.process_variable;
@@ -97,7 +97,7 @@ TEST_CASE("a command is put out on the next turn, not only on the next poll") {
   Bench bench;
   AnalogTask task = bench.task();
   task.open(0);
-  CHECK(bench.raw() == "0");  // nothing before the first command
+  CHECK(bench.raw() == "0");  // no write before the first command
   bench.give(task, 50.0, 30 * kMs);
   task.step(40 * kMs);
   CHECK(bench.raw() == "2400");
@@ -108,11 +108,11 @@ TEST_CASE("a command is put out on the next turn, not only on the next poll") {
   CHECK(bench.raw() == "2400");
 }
 
-TEST_CASE("before the first command nothing reaches converter, relay and alive line") {
+TEST_CASE("before the first command converter, relay and alive line are not driven") {
   Bench bench;
   AnalogTask task = bench.task();
   task.open(0);
-  // As of a loop that does not know where its output stands.
+  // Like a loop whose output position is unknown.
   for (int i = 0; i < 20; ++i) {
     bench.give(task, 50.0, i * 100 * kMs, false);
     task.step(i * 100 * kMs);
@@ -173,14 +173,14 @@ TEST_CASE("the lines are served before the inputs, which may take their time") {
   CHECK(edges_when_read == 1);
 }
 
-TEST_CASE("after its thread has hung, only what the loop decided knowing it is put out") {
+TEST_CASE("after its thread has hung, only commands that the loop gave knowing this are put out") {
   Bench bench;
   AnalogTask task = bench.task();
   task.open(0);
   bench.give(task, 50.0, 0);
   task.step(0);
   CHECK(bench.raw() == "2400");
-  // The converter answers after 900 ms. The loop has gone on meanwhile.
+  // The converter answers after 900 ms. The loop has continued meanwhile.
   bench.give(task, 75.0, 890 * kMs);
   task.step(900 * kMs);
   CHECK(bench.raw() == "2400");
@@ -191,13 +191,13 @@ TEST_CASE("after its thread has hung, only what the loop decided knowing it is p
   task.step(910 * kMs);
   CHECK(bench.raw() == "2720");
   CHECK(task.state.newest().inputs.output_ok);
-  // A turn that is late by less is none of this.
+  // A shorter delay of a turn is no such case.
   bench.give(task, 75.0, 920 * kMs);
   task.step(1310 * kMs);
   CHECK(bench.raw() == "3200");
 }
 
-TEST_CASE("when commands cease to come the safe current is put out, once, and told") {
+TEST_CASE("when commands end the safe current is put out, once, and reported") {
   Bench bench;
   AnalogTask task = bench.task();
   task.open(0);
@@ -280,7 +280,7 @@ TEST_CASE("the safe current is tried again until the converter takes it") {
   CHECK(bench.raw() == "700");
 }
 
-TEST_CASE("counters tell what happened") {
+TEST_CASE("counters of the events") {
   Bench bench;
   AnalogTask task = bench.task();
   task.open(0);

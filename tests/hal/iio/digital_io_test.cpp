@@ -42,7 +42,7 @@ struct Bench {
 
 }  // namespace
 
-TEST_CASE("without lines nothing is fitted") {
+TEST_CASE("without lines no contact is fitted") {
   Bench bench;
   DigitalIo io = bench.io();
   io.open(0);
@@ -74,7 +74,7 @@ TEST_CASE("the contact counts as it is at start, then after it has settled") {
   CHECK(io.enable() == Enable::closed);
 }
 
-TEST_CASE("a bouncing contact changes nothing") {
+TEST_CASE("a bouncing contact keeps its state") {
   Bench bench;
   FakeLine& contact = bench.contact();
   contact.active = true;
@@ -145,17 +145,18 @@ TEST_CASE("a relay line that was lost is driven again when it is back") {
   CHECK(relay.active);
 }
 
-TEST_CASE("the alive line changes every half period while the loop lives, and stands still else") {
+TEST_CASE(
+    "the alive line changes every half period while the loop lives, otherwise it is constant") {
   Bench bench;
   FakeLine& alive = bench.alive();
   DigitalIo io = bench.io();
   io.open(0);
-  CHECK_FALSE(alive.requested);  // which may be an edge by itself
+  CHECK_FALSE(alive.requested);  // the request may be an edge by itself
   for (int i = 0; i <= 1000; ++i) io.step(i * 10 * kMs, true, false);
   CHECK(alive.edges == 20);  // 10 s, the first after half a period
   for (int i = 1001; i <= 2000; ++i) io.step(i * 10 * kMs, false, false);
   CHECK(alive.edges == 20);
-  // An alarm is no death.
+  // A loop in alarm is alive.
   for (int i = 2001; i <= 2100; ++i) io.step(i * 10 * kMs, true, true);
   CHECK(alive.edges == 22);
 }

@@ -13,11 +13,11 @@
 
 namespace loopwarden::tests {
 
-// What a test sees and sets of one line.
+// The state of one line, for the test to read and set.
 struct FakeLine {
   std::atomic<bool> exists{true};
   std::atomic<bool> refuses{false};
-  std::atomic<bool> hangs{false};  // whoever reads it waits
+  std::atomic<bool> hangs{false};  // a reader waits
   std::atomic<bool> active{false};
   std::atomic<bool> requested{false};
   std::atomic<int> edges{0};

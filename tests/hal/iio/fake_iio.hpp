@@ -21,8 +21,8 @@ class FakeIio {
   void set(int number, std::string_view file, std::string_view text) const {
     write_file(device(number) / file, text);
   }
-  // Overwrites an existing file in place, as the driver behind sysfs would change what it delivers:
-  // a reader never finds it empty.
+  // Overwrites an existing file in place. The driver of a sysfs file changes its value the same
+  // way: a reader never finds it empty.
   void change(int number, std::string_view file, std::string_view text) const {
     const std::string name = (device(number) / file).string();
     std::FILE* stream = std::fopen(name.c_str(), "r+");
@@ -31,14 +31,14 @@ class FakeIio {
     std::fputc('\n', stream);
     std::fclose(stream);
   }
-  // The first line, as a converter would take it.
+  // Returns the first line, as a converter would read it.
   std::string get(int number, std::string_view file) const {
     const std::string text = read_file(device(number) / file);
     return text.substr(0, text.find('\n'));
   }
   void remove(int number) const { std::filesystem::remove_all(device(number)); }
 
-  // A 12-bit converter of 0 to 20.475 mA, 5 uA a step, one channel in and one out.
+  // A 12-bit converter of 0 to 20.475 mA, 5 uA per step, with one input and one output channel.
   void add_board(int number, std::string_view name) const {
     set(number, "name", std::string(name) + "\n");
     set(number, "in_current0_raw", "2400\n");

@@ -8,8 +8,8 @@ namespace gpio_lines_test {
 
 using namespace loopwarden::hal::iio;
 
-// Chips can't be made up without the kernel's gpio-sim; what is checked here is what every machine
-// shows: that a line which does not exist is an error in words, with either libgpiod.
+// Simulated chips need the kernel's gpio-sim. This test needs none: a line that does not exist is
+// an error with a clear message, with either libgpiod.
 TEST_CASE("a line that does not exist is an error that names it") {
   const auto chips = system_gpio_chips();
   const auto message = [&](const char* chip, const char* line, bool output) -> std::string {

@@ -50,7 +50,7 @@ TEST_CASE("a device is found by its name or its label, whatever its number") {
         ChannelError::Kind::absent);
 }
 
-TEST_CASE("an absent device names those that are there") {
+TEST_CASE("an absent device is reported with the present ones") {
   const FakeIio iio;
   iio.set(0, "name", "ads1115\n");
   iio.set(1, "name", "dac8775\n");
@@ -62,7 +62,7 @@ TEST_CASE("an absent device names those that are there") {
              Catch::Contains("none at all"));
 }
 
-TEST_CASE("two devices of the same name are not guessed between") {
+TEST_CASE("two devices of the same name are refused as ambiguous") {
   const FakeIio iio;
   iio.set(0, "name", "ads1115\n");
   iio.set(1, "name", "ads1115\n");
@@ -119,12 +119,12 @@ TEST_CASE("a raw number is written and can be read back") {
   CHECK(iio.get(0, "out_current0_raw") == "-4095");
   CHECK(channel.readable());
   CHECK(channel.read_raw() == -4095.0);
-  // A shorter number leaves nothing of the longer one behind.
+  // A shorter number overwrites all digits of the longer one.
   channel.write_raw(7);
   CHECK(channel.read_raw() == 7.0);
 }
 
-TEST_CASE("what can't work says which file and why") {
+TEST_CASE("an unusable channel reports the file and the reason") {
   const FakeIio iio;
   iio.add_board(0, "board");
   const auto open_input = [&](const char* channel) {

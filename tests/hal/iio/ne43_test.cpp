@@ -14,7 +14,7 @@ namespace {
 
 constexpr std::int64_t kStep = 100'000'000;  // ns between samples
 
-// The reading after the current has stood for `samples` samples.
+// The reading after the current was constant for `samples` samples.
 struct Feed {
   Ne43 ne43;
   std::int64_t now = 0;
@@ -119,7 +119,7 @@ TEST_CASE("at start a measurement counts at once, and a failure too") {
   CHECK(good(12.0).quality == Quality::good);
   Feed failed{Ne43(Ne43Settings{})};
   CHECK(failed(0.0).quality == Quality::bad);
-  // Nothing to hold: no uncertain value may come of it.
+  // No earlier value can be held, so no uncertain value may result.
   Feed undefined{Ne43(Ne43Settings{})};
   CHECK(undefined(3.7).quality == Quality::bad);
   CHECK(undefined(12.0).quality == Quality::good);

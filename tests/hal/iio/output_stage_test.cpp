@@ -10,7 +10,7 @@ using namespace loopwarden::hal::iio;
 
 namespace {
 
-// 5 uA a step, CO 0 to 100 %.
+// 5 uA per step, CO 0 to 100 %.
 AnalogOutputSettings percent() { return AnalogOutputSettings{}; }
 
 }  // namespace
@@ -33,12 +33,12 @@ TEST_CASE("an output becomes the converter's nearest step") {
   for (double output = 0.0; output <= 100.0; output += 0.377) {
     const double made = stage.output_of(stage.raw_for(output));
     REQUIRE(std::abs(made - output) <= 0.5 * step + 1e-9);
-    // What it made is what it would make again.
+    // The result maps to the same raw value again.
     REQUIRE(stage.raw_for(made) == stage.raw_for(output));
   }
 }
 
-TEST_CASE("the limits of current hold for every command, and round inwards") {
+TEST_CASE("the limits of current act on every command, and round inwards") {
   AnalogOutputSettings settings = percent();
   settings.highest_ma = 20.4;
   const OutputStage stage(settings, 0.007, 0.0);
@@ -47,7 +47,7 @@ TEST_CASE("the limits of current hold for every command, and round inwards") {
   CHECK(stage.raw_for(std::numeric_limits<double>::infinity()) == 2914);
 }
 
-TEST_CASE("the converter's own range holds as well") {
+TEST_CASE("the converter's own range acts as well") {
   AnalogOutputSettings settings = percent();
   settings.lowest_raw = 900;
   settings.highest_raw = 3000;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What holds for every register type, byte order, scale and value.
+// Rules that hold for every register type, byte order, scale and value.
 #include <bit>
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -34,7 +34,7 @@ bool holds_fractions(RegisterType type) {
 
 }  // namespace
 
-TEST_CASE("whatever registers hold comes back from the number they mean",
+TEST_CASE("registers are restored from the number that they decode to",
           "[modbus][codec][property]") {
   for_all("registers, number, registers", 3000, [] {
     const RegisterSpec spec = any_spec();
@@ -68,9 +68,10 @@ TEST_CASE("a value is rounded by at most half a step, and limited by the type",
     const EncodeResult result = encode(spec, value, registers);
     require(result != EncodeResult::refused, "a number is not refused");
     const double back = decode(spec, registers.view());
-    require(back == representable(spec, value), "representable() says what is read back");
+    require(back == representable(spec, value),
+            "representable() returns the value that is read back");
     const double error = std::abs(back - value);
-    // Of the arithmetic with scale and offset.
+    // The error of the arithmetic with scale and offset.
     const double rounding =
         8.0 * std::numeric_limits<double>::epsilon() * (std::abs(value) + std::abs(spec.offset));
     const double step = spec.type == RegisterType::f64   ? 0.0
@@ -79,7 +80,8 @@ TEST_CASE("a value is rounded by at most half a step, and limited by the type",
     if (result == EncodeResult::encoded) {
       require(error <= step + rounding, "as near as the register can hold");
     } else {
-      // At the end of the type's range, on the side of the value: further out gives the same.
+      // At the end of the type's range, on the side of the value. Values further out decode the
+      // same.
       Registers further;
       encode(spec, value + (value > back ? 1e9 : -1e9), further);
       require(further.words == registers.words, "a limit is the end");
@@ -88,7 +90,7 @@ TEST_CASE("a value is rounded by at most half a step, and limited by the type",
   });
 }
 
-TEST_CASE("the byte order moves bytes and changes none", "[modbus][codec][property]") {
+TEST_CASE("the byte order only moves bytes", "[modbus][codec][property]") {
   for_all("one value in four orders", 1000, [] {
     RegisterSpec spec;
     spec.type = kTypes[one_of(std::size(kTypes))];

@@ -73,7 +73,7 @@ int watch_tags(Reader& reader, std::chrono::milliseconds duration,
       const Tag tag(sample.value);
       CAPTURE(i, seen, tag.age_ms(sample.time_ns));
       REQUIRE(tag.register_number == 40 + 2 * i);
-      REQUIRE(tag.age_ms(sample.time_ns) <= 2);  // taken after it was asked for; rounding to ms
+      REQUIRE(tag.age_ms(sample.time_ns) <= 2);  // taken after the request; rounded to ms
     }
     std::this_thread::sleep_for(2ms);
   }
@@ -94,7 +94,7 @@ TEST_CASE("RTU: every type and byte order is read right", "[modbus][link]") {
   check_all_types(link, rig.device);
 }
 
-TEST_CASE("a device that is absent at start is found when it comes", "[modbus][link]") {
+TEST_CASE("a device that is absent at start is found when it appears", "[modbus][link]") {
   TcpRig rig;
   rig.proxy.command("down");
   Events events;
@@ -125,7 +125,7 @@ TEST_CASE("TCP: bad during each fault, good after it", "[modbus][link]") {
   TcpRig rig;
   Events events;
   mb::LinkSettings settings = rig.link();
-  settings.response_timeout_ms = 1000;  // each fault costs one connection, and nothing else does
+  settings.response_timeout_ms = 1000;  // each fault costs one connection and has no other effect
   mb::ModbusLink link(settings, events.sink());
   Reader reader(link, {input(0, RegisterType::f32)});
   REQUIRE(eventually([&] { return reader.good(); }));
@@ -182,12 +182,12 @@ TEST_CASE("one spoiled reply costs TCP no more than a reconnection at once", "[m
     rig.proxy.command(fault);
     REQUIRE(eventually([&] { return link.reconnects() > reconnects; }));
     reader.forget();
-    // Sooner than the back-off.
+    // Sooner than the back-off would allow.
     REQUIRE(eventually([&] { return reader.fresh(); }, 50s));
   }
 }
 
-TEST_CASE("an exception is the device's word: bad, but the link is kept", "[modbus][link]") {
+TEST_CASE("an exception makes the value bad, but the link is kept", "[modbus][link]") {
   TcpRig rig;
   Events events;
   mb::LinkSettings settings = rig.link();
@@ -232,7 +232,7 @@ TEST_CASE("a busy answer leaves the value as it was, and the request is repeated
              Catch::Contains("unit 1: exception 244 (") &&
                  Catch::Contains("reading input registers 0 to 1"));
 
-  // Busy for long: the value ages, for its reader to see.
+  // Busy for long: the value ages, and its reader sees this.
   rig.proxy.command("exception 6");
   const std::uint64_t refused = value(reader.counters().device_exceptions);
   REQUIRE(eventually([&] { return value(reader.counters().device_exceptions) > refused + 20; }));
@@ -423,7 +423,7 @@ TEST_CASE("RTU: no late reply passes for a fresh one", "[modbus][link]") {
   for (std::size_t i = 0; i < kTags.size(); ++i)
     REQUIRE(eventually([&] { return reader.good(i); }));
 
-  // Less than the response timeout, more, more than the drain, and long after everything.
+  // Less than the response timeout, more, more than the drain, and long after all of them.
   for (const char* fault : {"late 30 5", "late 200 3", "late 320 4", "late 1100 3", "late 2000 2",
                             "duplicate 10", "duplicate_late 40 20"}) {
     CAPTURE(fault);
@@ -436,7 +436,7 @@ TEST_CASE("RTU: no late reply passes for a fresh one", "[modbus][link]") {
   CHECK(eventually([&] { return watch_tags(reader, 300ms) > 5; }));
 }
 
-TEST_CASE("RTU: a reply that comes twice costs nothing", "[modbus][link]") {
+TEST_CASE("RTU: a repeated reply is harmless", "[modbus][link]") {
   SerialRig rig;
   mb::LinkSettings settings = rig.link();
   settings.response_timeout_ms = 2000;
@@ -479,7 +479,7 @@ TEST_CASE("RTU: a device that is always late is bad, never stale", "[modbus][lin
     CAPTURE(fault);
     rig.proxy.command(fault);
     watch_tags(reader, 1000ms);
-    // Where this thread was held up a reply may have been there in time after all.
+    // If this thread was held up, a reply may have been there in time after all.
     CHECK(eventually([&] { return reader.bad(0); }));
     rig.proxy.command("ok");
     reader.forget();
@@ -508,7 +508,7 @@ TEST_CASE("TCP: no late reply passes for a fresh one", "[modbus][link]") {
 TEST_CASE("RTU: a unit with few registers is read without the extra ones", "[modbus][link]") {
   SerialRig rig;
   mb::ModbusLink link(rig.link(), {});
-  // The last two registers there are: the second read can't be longer than needed.
+  // The device's last two registers: the second read can't be longer than needed.
   Reader reader(link, {input(116, RegisterType::u32), input(118, RegisterType::u32)});
   REQUIRE(eventually([&] { return reader.good(0) && reader.good(1); }));
 }
@@ -543,13 +543,13 @@ TEST_CASE("RTU: a dead unit holds up the others for no more than a probe", "[mod
     }
     return seen;
   };
-  const Watched before = watch();  // one unit is absent already; how busy the machine is shows here
+  const Watched before = watch();  // one unit is absent already; the load of the host shows here
 
   rig.proxy.command("mute 2");
   REQUIRE(eventually([&] { return dying.bad() && events.count(Kind::unit_silent) >= 2; }));
   REQUIRE(eventually([&] { return alive.fresh(); }));
 
-  // Two dead units, each asked once a second or so for 150 ms: most periods of 20 ms stay free.
+  // Two dead units, each probed about once a second for 150 ms: most periods of 20 ms stay free.
   const Watched after = watch();
   CHECK(4 * after.fresh > before.fresh);
   CHECK(after.longest_gap_ns < before.longest_gap_ns + 5'000'000'000);  // two probes and slack
@@ -565,7 +565,7 @@ TEST_CASE("a vanished peer is noticed and found again", "[modbus][link]") {
   mb::ModbusLink link(rig.link(), {});
   Reader reader(link, {input(0, RegisterType::f32)});
   REQUIRE(eventually([&] { return reader.good(); }));
-  rig.proxy.freeze();  // connections are still accepted by the kernel, nobody answers
+  rig.proxy.freeze();  // the kernel still accepts connections, but the device doesn't answer
   REQUIRE(eventually([&] { return reader.bad(); }));
   reader.forget();
   rig.proxy.thaw();
@@ -599,8 +599,9 @@ TEST_CASE("a link ends promptly, whatever it waits for", "[modbus][link]") {
   }
 }
 
-TEST_CASE("after a silence in which the device may act, the loop is told before it is obeyed",
-          "[modbus][link]") {
+TEST_CASE(
+    "after a silence in which the device may act, the loop is informed before its commands pass",
+    "[modbus][link]") {
   TcpRig rig;
   mb::ModbusLink link(rig.link(), {});
   mb::PointSettings point = input(0, RegisterType::f32);
@@ -609,7 +610,7 @@ TEST_CASE("after a silence in which the device may act, the loop is told before 
   constexpr std::int64_t kSilenceNs = 200'000'000;
   mb::LinkTask task;
   task.name = "loop";
-  task.period_ns = 3'600'000'000'000;  // served when asked
+  task.period_ns = 3'600'000'000'000;  // served on request
   task.command =
       std::make_unique<mb::CommandPoint>(point, kMaxAgeNs, kSilenceNs, mb::CommLossSettings{});
   link.attach(task);
@@ -628,7 +629,7 @@ TEST_CASE("after a silence in which the device may act, the loop is told before 
   decide(6.0);
   REQUIRE(eventually([&] { return !state().ok; }));
   CHECK(state().reason == Reason::link_lost);
-  // The same command once more was decided without knowing of the silence.
+  // The repeated command was decided without information about the silence.
   link.serve_soon(task);
   std::this_thread::sleep_for(100ms);
   CHECK(rig.device.state_number("co") == 4.0);
@@ -711,7 +712,7 @@ TEST_CASE("a command that is refused for a moment is repeated; for long, the out
     }));
     CHECK_FALSE(lost);
   }
-  // Refused for good: at once, with the key that may help.
+  // Refused permanently: reported at once, with the key that may help.
   REQUIRE(eventually([&] { return !state().ok; }));
   CHECK(state().reason == Reason::device_error);
   CHECK_THAT(events.text(Kind::device_error),
@@ -732,7 +733,7 @@ TEST_CASE("a command that is refused for a moment is repeated; for long, the out
   link.detach(task);
 }
 
-TEST_CASE("a write that a device ignores while it answers reads is reported with the key",
+TEST_CASE("a device that answers reads but ignores a write is reported with the key",
           "[modbus][link]") {
   TcpRig rig;
   Events events;
@@ -759,7 +760,7 @@ TEST_CASE("a write that a device ignores while it answers reads is reported with
   link.detach(task);
 }
 
-TEST_CASE("points come and go while the link runs", "[modbus][link]") {
+TEST_CASE("points are added and removed while the link runs", "[modbus][link]") {
   SerialRig rig;
   mb::ModbusLink link(rig.link(), {});
   Reader first(link, {input(40, RegisterType::u32)});

@@ -28,8 +28,8 @@ mb::PointSettings holding(std::uint16_t address, RegisterType type, double scale
   return point;
 }
 
-// PV, command and read-back on one device whose communication watchdog acts after 0.6 s. Commands are good for longer than a
-// busy machine holds up who gives them.
+// PV, command and read-back on one device whose communication watchdog acts after 0.6 s. Commands
+// stay valid for longer than a loaded host delays the thread that gives them.
 mb::LoopModbusSettings loop_on(const mb::LinkSettings& link) {
   mb::LoopModbusSettings loop;
   loop.transmitter_link = link;
@@ -47,7 +47,7 @@ mb::LoopModbusSettings loop_on(const mb::LinkSettings& link) {
   return loop;
 }
 
-// Plays the real-time thread: reads and commands every 20 ms until stopped.
+// Acts as the real-time thread: reads and commands every 20 ms until stopped.
 class LoopThread {
  public:
   LoopThread(mb::ModbusLoopIo& io, double output, bool write = true)
@@ -128,7 +128,7 @@ TEST_CASE("RTU: a loop reads its transmitter and moves its valve", "[modbus][loo
   check_reads_and_commands(rig.link(), rig.device);
 }
 
-TEST_CASE("write tells what the output stage makes of a command", "[modbus][loop_io]") {
+TEST_CASE("write returns the output stage's value of a command", "[modbus][loop_io]") {
   mb::ModbusBus bus;
   const hal::CycleTime time;
   const auto output = [&](const mb::LoopModbusSettings& settings, double value) {
@@ -148,7 +148,7 @@ TEST_CASE("write tells what the output stage makes of a command", "[modbus][loop
   CHECK(output(loop, 4.256) == Approx(4.26));
 }
 
-TEST_CASE("what is no number is never sent", "[modbus][loop_io]") {
+TEST_CASE("a value that is no number is never sent", "[modbus][loop_io]") {
   mb::ModbusBus bus;
   mb::ModbusLoopIo io(loop_on(tcp_link("1502")), "loop", bus);
   const hal::CycleTime time;
@@ -159,7 +159,7 @@ TEST_CASE("what is no number is never sent", "[modbus][loop_io]") {
   }
 }
 
-TEST_CASE("before the first command nothing is written, the watchdog register neither",
+TEST_CASE("before the first command the device and its watchdog register are not written",
           "[modbus][loop_io]") {
   TcpRig rig({"--start", "3", "--fail-safe", "1.5"});
   mb::ModbusBus bus;
@@ -168,7 +168,7 @@ TEST_CASE("before the first command nothing is written, the watchdog register ne
   mb::ModbusLoopIo io(settings, "loop", bus);
   io.open();
   LoopThread loop(io, 6.0, false);
-  // Over a reconnection as well, after which a device's watchdog is otherwise set again.
+  // Also over a reconnection, after which a device's watchdog is otherwise set again.
   for (int times = 0; times < 2; ++times) {
     const std::uint64_t seen = loop.fresh_samples();
     REQUIRE(eventually([&] { return loop.fresh_samples() > seen + 10; }));
@@ -222,14 +222,14 @@ TEST_CASE(
   mb::ModbusBus bus;
   mb::LoopModbusSettings settings = loop_on(rig.link());
   settings.max_command_age_ns = 60'000'000'000;
-  settings.comm_loss.timeout_s = 10.0;  // a busy machine's bus thread is not silent for so long
+  settings.comm_loss.timeout_s = 10.0;  // longer than a loaded host delays the bus thread
   mb::ModbusLoopIo io(settings, "loop", bus);
   io.open();
   {
     LoopThread loop(io, 4.0);
     REQUIRE(eventually([&] { return loop.output_ok(); }));
   }
-  // As if the bus thread had not come to it since.
+  // Simulates a bus thread that has not run since.
   const auto inputs_after = [&](std::int64_t wait_ns) {
     hal::Inputs inputs;
     io.read({.now_ns = mb::BusWaiter::now_ns() + wait_ns, .period_index = 0}, inputs);
@@ -240,7 +240,7 @@ TEST_CASE(
   CHECK_FALSE(inputs_after(silence_ns + 1'000'000).output_ok);
   CHECK(inputs_after(silence_ns + 1'000'000).output_reason == Reason::link_lost);
 
-  // The loop does not know the output any more and asks for nothing to be written.
+  // The loop does not know the output any more and requests no write.
   const auto command = [&](bool write) {
     io.write({},
              {.output = 4.5, .time_ns = mb::BusWaiter::now_ns(), .write = write, .alarm = true});
@@ -253,7 +253,7 @@ TEST_CASE(
   CHECK(rig.device.state_number("co") == 4.5);
 }
 
-TEST_CASE("how long commands may stay away: until the device acts, less one exchange",
+TEST_CASE("the longest time without commands: until the device acts, less one exchange",
           "[modbus][loop_io]") {
   mb::LoopModbusSettings loop;
   loop.positioner_link.response_timeout_ms = 150;
@@ -267,7 +267,7 @@ TEST_CASE("how long commands may stay away: until the device acts, less one exch
   CHECK(mb::longest_silence_ns(loop) == 700'000'000);
 }
 
-TEST_CASE("a pulled cable: the device goes to its fail-safe value", "[modbus][loop_io]") {
+TEST_CASE("a pulled cable: the device applies its fail-safe value", "[modbus][loop_io]") {
   TcpRig rig({"--fail-safe", "2.5"});
   mb::ModbusBus bus;
   mb::ModbusLoopIo io(loop_on(rig.link()), "loop", bus);
@@ -277,7 +277,7 @@ TEST_CASE("a pulled cable: the device goes to its fail-safe value", "[modbus][lo
     CAPTURE(fault);
     REQUIRE(eventually([&] { return rig.device.state_number("co") == 6.0 && loop.output_ok(); }));
     if (std::string(fault) == "silent") {
-      rig.proxy.freeze();  // nothing gets through in either direction
+      rig.proxy.freeze();  // no message passes in either direction
     } else {
       rig.proxy.command(fault);
     }
@@ -299,7 +299,8 @@ void check_restarts(const mb::LinkSettings& link, ForeignProcess& device) {
   Events events;
   mb::ModbusBus bus(events.sink());
   mb::LoopModbusSettings settings = loop_on(link);
-  settings.comm_loss.watchdog->check_interval_s = 1000.0;  // not by looking, but by the failure
+  // detected by the failure, not by a check
+  settings.comm_loss.watchdog->check_interval_s = 1000.0;
   mb::ModbusLoopIo io(settings, "loop", bus);
   io.open();
   LoopThread loop(io, 6.0);
@@ -320,7 +321,7 @@ TEST_CASE("TCP: after a restart the device's watchdog is set before any command"
           "[modbus][loop_io]") {
   TcpRig rig;
   SECTION("straight") { check_restarts(tcp_link(rig.device.ready("port")), rig.device); }
-  SECTION("behind a gateway that stays up") { check_restarts(rig.link(), rig.device); }
+  SECTION("after a gateway that stays up") { check_restarts(rig.link(), rig.device); }
 }
 
 TEST_CASE("RTU: after a restart the device's watchdog is set before any command",
@@ -333,7 +334,7 @@ TEST_CASE("a restart that no request noticed is found by the lost watchdog", "[m
   SerialRig rig;
   Events events;
   mb::ModbusBus bus(events.sink());
-  // A request that was not answered in time would set the watchdog as well.
+  // A request without an answer in time would also set the watchdog.
   mb::LinkSettings link = rig.link();
   link.response_timeout_ms = 2000;
   mb::LoopModbusSettings settings = loop_on(link);
@@ -347,7 +348,7 @@ TEST_CASE("a restart that no request noticed is found by the lost watchdog", "[m
   CHECK(eventually([&] { return rig.device.state_number("watchdog_register") == 60; }));
 }
 
-TEST_CASE("without the watchdog it asked for, a loop sends no command", "[modbus][loop_io]") {
+TEST_CASE("without its device watchdog, a loop sends no command", "[modbus][loop_io]") {
   TcpRig rig({"--start", "3"});
   Events events;
   mb::ModbusBus bus(events.sink());
@@ -443,7 +444,7 @@ TEST_CASE("a dead device holds up no other loop, nor the loop's other device",
   const std::uint64_t before = alive_thread.fresh_samples();
   const std::uint64_t ticks = dead_loop.ticks();
   const std::uint64_t timeouts = dead_loop.counters().timeouts;
-  // Who waited for the dead one would have a sample a timeout.
+  // A thread that waited for the dead loop would have one sample per timeout.
   REQUIRE(eventually([&] { return alive_thread.fresh_samples() - before >= 50; }));
   CHECK(dead_loop.counters().timeouts - timeouts < 25);
   CHECK_FALSE(half_thread.pv_good());
@@ -458,15 +459,14 @@ TEST_CASE("loops on one serial line share a link", "[modbus][bus]") {
   mb::ModbusBus bus;
   const auto first = bus.link(rig.link(), 1);
   CHECK(bus.link(rig.link(), 2) == first);
-  // By whatever name, and with the settings of the first: two masters on one line disturb each
-  // other.
+  // With any name, and with the settings of the first: two masters on one line disturb each other.
   mb::LinkSettings other = rig.link();
   other.device = "/dev/../" + other.device;
   other.baud = 9600;
   CHECK(bus.link(other, 3) == first);
 }
 
-TEST_CASE("every unit on TCP has a link of its own", "[modbus][bus]") {
+TEST_CASE("every unit on TCP has a separate link", "[modbus][bus]") {
   mb::ModbusBus bus;
   const mb::LinkSettings settings = tcp_link("1");
   const auto first = bus.link(settings, 1);

@@ -55,7 +55,7 @@ inline mb::PointSettings input(std::uint16_t address, mb::RegisterType type,
   return point;
 }
 
-// A pymodbus device on TCP with a proxy before it.
+// A pymodbus device on TCP behind a proxy.
 struct TcpRig {
   explicit TcpRig(std::vector<std::string> arguments = {},
                   const std::string& program = "plant_device.py")
@@ -100,7 +100,7 @@ class Events {
     for (const mb::LinkEvent& event : events_) found += event.kind == kind ? 1 : 0;
     return found;
   }
-  // Text of the newest one; empty if there is none.
+  // Returns the text of the newest event; empty without one.
   std::string text(mb::LinkEvent::Kind kind) const {
     const std::lock_guard lock(mutex_);
     std::string text;
@@ -133,7 +133,7 @@ class Reader {
   const hal::Sample& sample(std::size_t index = 0) { return task_.reads[index]->newest.newest(); }
   bool good(std::size_t index = 0) { return sample(index).quality == hal::Quality::good; }
   bool bad(std::size_t index = 0) { return sample(index).quality == hal::Quality::bad; }
-  // A good sample newer than those seen so far.
+  // Returns true if the newest sample is good and newer than those seen so far.
   bool fresh(std::size_t index = 0) {
     const hal::Sample& newest = sample(index);
     if (newest.quality != hal::Quality::good || newest.time_ns <= seen_ns_) return false;
@@ -149,12 +149,13 @@ class Reader {
   std::int64_t seen_ns_ = 0;
 };
 
-// The device's tag registers: which register it is, and when the device read it.
+// A tag register of the device: its number, and the time when the device read it.
 struct Tag {
   explicit Tag(double value)
       : register_number(static_cast<unsigned>(value) / 0x10000U - 0xA000U),
         clock_ms(static_cast<unsigned>(value) % 0x10000U) {}
-  // How long before the master asked for it the device took the value, ms; negative if after.
+  // Returns the time from the device's sample to the master's request, ms; negative if it was
+  // sampled after.
   int age_ms(std::int64_t asked_ns) const {
     const auto asked = static_cast<unsigned>(asked_ns / 1'000'000) & 0xFFFFU;
     return static_cast<std::int16_t>(static_cast<std::uint16_t>(asked - clock_ms));

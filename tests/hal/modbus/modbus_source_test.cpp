@@ -17,7 +17,7 @@ using mb::RegisterType;
 
 namespace {
 
-// What has no type for a command can't be given one.
+// A type without commands can't be given one.
 static_assert(!std::is_convertible_v<mb::ReadTask&, mb::LinkTask&>);
 static_assert(!std::is_base_of_v<mb::LinkTask, mb::ReadTask>);
 static_assert(!std::is_convertible_v<mb::ReadLink&, mb::ModbusLink&>);
@@ -30,7 +30,7 @@ mb::SourcePoint at(const mb::LinkSettings& link, std::uint16_t address, Register
   return {.link = link, .point = point};
 }
 
-// Every table, so that every function that reads is used.
+// Every table, so that every read function is used.
 mb::ModbusSourceSettings source_on(const mb::LinkSettings& link, mb::Table mode) {
   mb::ModbusSourceSettings source;
   source.process_variable = at(link, 0, RegisterType::f32);
@@ -54,8 +54,7 @@ bool all_good(mb::ModbusSource& source, hal::SourceInputs& inputs) {
 
 }  // namespace
 
-TEST_CASE("a PLC that controls by itself is read by functions 1 to 4 and no other",
-          "[modbus][source]") {
+TEST_CASE("a PLC that controls by itself is read only by functions 1 to 4", "[modbus][source]") {
   TcpRig rig({}, "plc_device.py");
   mb::ModbusBus bus;
   mb::ModbusSource by_coil(source_on(rig.link(), mb::Table::coil), "FIC-1", bus);
@@ -74,7 +73,7 @@ TEST_CASE("a PLC that controls by itself is read by functions 1 to 4 and no othe
   REQUIRE(
       eventually([&] { return all_good(by_input, inputs) && inputs.mode.sample.value == 0.0; }));
 
-  // Lost and found again: what begins a connection anew writes nothing either.
+  // Lost and found again: a new connection doesn't write either.
   rig.device.command("restart 0.1");
   REQUIRE(eventually([&] { return !all_good(by_coil, inputs); }));
   REQUIRE(eventually([&] { return all_good(by_coil, inputs) && all_good(by_input, inputs); }));
@@ -85,7 +84,7 @@ TEST_CASE("a PLC that controls by itself is read by functions 1 to 4 and no othe
   by_input.close();
 }
 
-// Requests that the device got for each period of the source.
+// Returns the requests that the device got per period of the source.
 template <class Rig>
 double requests_a_period(Rig& rig, mb::ModbusSource& source) {
   hal::SourceInputs inputs;
@@ -110,7 +109,7 @@ mb::ModbusSourceSettings all_input_registers(const mb::LinkSettings& link) {
   return source;
 }
 
-TEST_CASE("one request reads what lies close together", "[modbus][source]") {
+TEST_CASE("one request reads neighbouring registers", "[modbus][source]") {
   TcpRig rig({}, "plc_device.py");
   mb::ModbusBus bus;
   mb::ModbusSource source(all_input_registers(rig.link()), "FIC-1", bus);
@@ -126,7 +125,7 @@ TEST_CASE("one request reads what lies close together", "[modbus][source]") {
   source.close();
 }
 
-TEST_CASE("on a serial line one request reads what lies close together", "[modbus][source]") {
+TEST_CASE("on a serial line one request reads neighbouring registers", "[modbus][source]") {
   SerialRig rig({}, "plc_device.py");
   mb::ModbusBus bus;
   mb::ModbusSource source(all_input_registers(rig.link()), "FIC-1", bus);
@@ -144,7 +143,7 @@ TEST_CASE("on a serial line one request reads what lies close together", "[modbu
   CHECK(inputs.set_point.sample.value == 20.0);
   CHECK(inputs.mode.sample.value == 1.0);
 
-  // Broken off and found again, with a reply to the older request on its way.
+  // Interrupted and found again, with a reply to the older request on its way.
   const auto seen = inputs.process_variable.sample.sequence;
   rig.proxy.command("late 700");
   REQUIRE(eventually([&] { return !all_good(source, inputs); }));
@@ -158,7 +157,7 @@ TEST_CASE("on a serial line one request reads what lies close together", "[modbu
   source.close();
 }
 
-TEST_CASE("one request serves loops that came at different times", "[modbus][source]") {
+TEST_CASE("one request serves loops that were opened at different times", "[modbus][source]") {
   TcpRig rig({}, "plc_device.py");
   mb::ModbusBus bus;
   mb::ModbusSourceSettings settings = all_input_registers(rig.link());
@@ -168,7 +167,7 @@ TEST_CASE("one request serves loops that came at different times", "[modbus][sou
   first.open();
   hal::SourceInputs inputs;
   REQUIRE(eventually([&] { return all_good(first, inputs); }));
-  // Half a period behind the first one's newest read.
+  // Half a period after the first one's newest read.
   const std::int64_t at_ns = inputs.process_variable.sample.time_ns + 150'000'000;
   REQUIRE(eventually([&] { return mb::BusWaiter::now_ns() >= at_ns; }));
   second.open();
@@ -178,7 +177,7 @@ TEST_CASE("one request serves loops that came at different times", "[modbus][sou
   first.close();
 }
 
-TEST_CASE("a gap that a device refuses parts a request in two", "[modbus][source]") {
+TEST_CASE("a gap that a device refuses splits a request in two", "[modbus][source]") {
   TcpRig rig({"--absent", "9"}, "plc_device.py");
   mb::ModbusBus bus;
   mb::ModbusSourceSettings settings = all_input_registers(rig.link());
@@ -193,7 +192,7 @@ TEST_CASE("a gap that a device refuses parts a request in two", "[modbus][source
   source.close();
 }
 
-TEST_CASE("one address that a device does not have is asked for apart from the others",
+TEST_CASE("one address that a device does not have is requested separately from the others",
           "[modbus][source]") {
   TcpRig rig({"--absent", "4", "5"}, "plc_device.py");  // SP
   mb::ModbusBus bus;
@@ -205,7 +204,7 @@ TEST_CASE("one address that a device does not have is asked for apart from the o
   other.open();
   hal::SourceInputs inputs;
   REQUIRE(eventually([&] { return all_good(other, inputs); }));
-  // PV and CO of both, SP, and what is behind it.
+  // PV and CO of both, SP, and the registers after it.
   CHECK(requests_a_period(rig, other) < 4.0);
   source.read(inputs);
   CHECK(inputs.set_point.sample.reason == hal::Reason::device_error);
@@ -217,7 +216,7 @@ TEST_CASE("one address that a device does not have is asked for apart from the o
 
 TEST_CASE("one value that a device refuses or does not answer makes no other one bad",
           "[modbus][source]") {
-  // Exceptions of any code, and silence.
+  // The device answers with exceptions of any code, or not at all.
   for (const char* code : {"1", "3", "4", "6", "11", "244", "0"}) {
     CAPTURE(code);
     TcpRig rig({"--absent", "4", "5", "--absent-code", code}, "plc_device.py");  // SP
@@ -240,7 +239,7 @@ TEST_CASE("one value that a device refuses or does not answer makes no other one
   }
 }
 
-TEST_CASE("a gap that a device does not answer, or not with exception 2, parts a request too",
+TEST_CASE("a gap that a device does not answer, or not with exception 2, splits a request too",
           "[modbus][source]") {
   for (const char* code : {"4", "0"}) {
     CAPTURE(code);
@@ -292,7 +291,7 @@ TEST_CASE(
   }));
   CHECK_FALSE(silent.counters().connected);
   CHECK(first.counters().connected);
-  // As often as probe_interval says, not with each period of 20 ms.
+  // As often as in probe_interval, not with each period of 20 ms.
   CHECK(silent.counters().timeouts < 20);
 
   link.connections = 2;
@@ -306,7 +305,7 @@ TEST_CASE(
   first.close();
 }
 
-TEST_CASE("on a serial line a loop is watched while the commands of another go on",
+TEST_CASE("on a serial line a loop is watched while the commands of another continue",
           "[modbus][source]") {
   SerialRig rig({"--units", "1,2"}, "plc_device.py");
   mb::ModbusBus bus;

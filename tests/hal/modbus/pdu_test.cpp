@@ -32,7 +32,7 @@ TEST_CASE("requests have the bytes of the Modbus specification", "[modbus][pdu]"
         Bytes{1, 16, 0, 0x10, 0, 2, 4, 0x47, 0xF1, 0x20, 0});
 }
 
-TEST_CASE("a reply counts only if it answers the very request", "[modbus][pdu]") {
+TEST_CASE("a reply counts only if it answers this request", "[modbus][pdu]") {
   const Request request = read_request(7, ReadFunction::input_registers, 100, 2);
   Reply reply;
   REQUIRE(check_reply(request, Bytes{7, 4, 4, 0x47, 0xF1, 0x20, 0}, reply) == ReplyCheck::valid);
@@ -65,7 +65,7 @@ TEST_CASE("bits come eight to a byte, the lowest first", "[modbus][pdu]") {
   CHECK(check(request, {7, 1, 2, 0, 0}) == ReplyCheck::mismatch);
 }
 
-TEST_CASE("a rejected reply leaves no values behind", "[modbus][pdu]") {
+TEST_CASE("a rejected reply leaves no values", "[modbus][pdu]") {
   const Request request = read_request(7, ReadFunction::input_registers, 100, 1);
   Reply reply;
   REQUIRE(check_reply(request, Bytes{7, 4, 2, 1, 2}, reply) == ReplyCheck::valid);
@@ -74,7 +74,7 @@ TEST_CASE("a rejected reply leaves no values behind", "[modbus][pdu]") {
   CHECK(reply.registers[0] == 0);
 }
 
-TEST_CASE("an exception is told from a reply", "[modbus][pdu]") {
+TEST_CASE("an exception is distinguished from a reply", "[modbus][pdu]") {
   const Request request = read_request(7, ReadFunction::holding_registers, 100, 2);
   Reply reply;
   REQUIRE(check_reply(request, Bytes{7, 0x83, 2}, reply) == ReplyCheck::exception);
@@ -85,7 +85,7 @@ TEST_CASE("an exception is told from a reply", "[modbus][pdu]") {
   CHECK(check(request, {8, 0x83, 2}) == ReplyCheck::mismatch);
 }
 
-TEST_CASE("a write is confirmed only by an echo of what was written", "[modbus][pdu]") {
+TEST_CASE("a write is confirmed only by an echo of its data", "[modbus][pdu]") {
   const std::array<std::uint16_t, 2> values{0x1234, 0x5678};
   const Request single = write_request(7, WriteFunction::single, 100, values);
   CHECK(check(single, {7, 6, 0, 100, 0x12, 0x34}) == ReplyCheck::valid);
@@ -126,7 +126,8 @@ TEST_CASE("a refusal names the exception, the request and the key that may help"
   CHECK(write_function_hint(read_request(7, ReadFunction::coils, 3, 1)).empty());
 }
 
-TEST_CASE("a reply that does not answer the request is named by what differs", "[modbus][pdu]") {
+TEST_CASE("a reply that does not answer the request is described by its difference",
+          "[modbus][pdu]") {
   const Request request = read_request(7, ReadFunction::holding_registers, 100, 1);
   CHECK_THAT(mismatch_text(request, Bytes{255, 3, 2, 0, 1}), Catch::Contains("from unit 255"));
   CHECK(mismatch_text(request, Bytes{7, 4, 2, 0, 1}) == "a reply to function 4");

@@ -42,13 +42,13 @@ struct Tasks {
 
 }  // namespace
 
-TEST_CASE("a request spans what lies close together, below and above", "[modbus]") {
+TEST_CASE("a request spans neighbouring registers, below and above", "[modbus]") {
   Tasks tasks;
   tasks.add(100, RegisterType::f32);
   mb::LinkTask& first = tasks.add(110, RegisterType::f32);
-  tasks.add(120);              // behind a gap of eight
+  tasks.add(120);              // after a gap of eight
   tasks.add(100);              // shares a register
-  auto& far = tasks.add(130);  // behind one of nine
+  auto& far = tasks.add(130);  // after one of nine
   const mb::ReadShape shape = tasks.gathered(first);
   CHECK(shape.address == 100);
   CHECK(shape.count == 21);
@@ -67,7 +67,7 @@ TEST_CASE("a request has 125 registers at most", "[modbus]") {
   CHECK(tasks.batch.size() == 32);
 }
 
-TEST_CASE("what a request must not serve stays out of it", "[modbus]") {
+TEST_CASE("points that a request must not serve are left out", "[modbus]") {
   Tasks tasks;
   mb::LinkTask& first = tasks.add(0);
   mb::LinkTask& soon = tasks.add(1);
@@ -97,7 +97,8 @@ TEST_CASE("what a request must not serve stays out of it", "[modbus]") {
   CHECK(tasks.has(first));
 }
 
-TEST_CASE("what a device refuses parts a run, which stays whole on both sides", "[modbus]") {
+TEST_CASE("a register that a device refuses splits a run, which stays whole on both sides",
+          "[modbus]") {
   Tasks tasks;
   std::vector<mb::LinkTask*> all;
   for (std::uint16_t address = 0; address < 10; ++address) all.push_back(&tasks.add(address));
@@ -112,7 +113,7 @@ TEST_CASE("what a device refuses parts a run, which stays whole on both sides", 
   CHECK(tasks.gathered(*all[5]).count == 2);
 }
 
-TEST_CASE("a refused batch is parted at its widest gap, else in the middle", "[modbus]") {
+TEST_CASE("a refused batch is split at its widest gap, or without one in the middle", "[modbus]") {
   Tasks tasks;
   for (std::uint16_t address = 0; address < 4; ++address) tasks.add(address);
   (void)tasks.gathered(*tasks.listed[0]);

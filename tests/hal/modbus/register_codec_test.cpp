@@ -38,7 +38,7 @@ const double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 }  // namespace
 
-TEST_CASE("registers hold the bytes that the order says", "[modbus][codec]") {
+TEST_CASE("registers hold the bytes in the configured order", "[modbus][codec]") {
   struct Case {
     RegisterType type;
     ByteOrder order;
@@ -77,7 +77,7 @@ TEST_CASE("registers hold the bytes that the order says", "[modbus][codec]") {
   }
 }
 
-TEST_CASE("a value comes back as it went in", "[modbus][codec]") {
+TEST_CASE("a value is decoded as it was encoded", "[modbus][codec]") {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> any(-30000.0, 30000.0);
   for (const ByteOrder order : kOrders) {
@@ -110,7 +110,7 @@ TEST_CASE("scale and offset turn raw numbers into engineering units", "[modbus][
   CHECK(encoded(reversed, 75.0) == Words{2500});
 }
 
-TEST_CASE("what the type can't hold becomes its limit, and says so", "[modbus][codec]") {
+TEST_CASE("a value outside the type becomes its limit, and this is reported", "[modbus][codec]") {
   struct Case {
     RegisterType type;
     double value;
@@ -137,7 +137,7 @@ TEST_CASE("what the type can't hold becomes its limit, and says so", "[modbus][c
   }
 }
 
-TEST_CASE("a number that is none is refused", "[modbus][codec]") {
+TEST_CASE("a value that is no number is refused", "[modbus][codec]") {
   for (const double value : {kNaN, kInfinity, -kInfinity}) {
     for (const RegisterType type :
          {RegisterType::u16, RegisterType::i32, RegisterType::f32, RegisterType::f64}) {

@@ -71,12 +71,12 @@ TEST_CASE("an echo and up to four stray bytes are not part of the reply", "[modb
       }
     }
   }
-  // More bytes than that may be another reply: what follows is not believed.
+  // More bytes than that may be another reply: the following bytes are not trusted.
   CHECK(find_reply(kRead, Bytes(kShortestReplyBytes, 0) + kReply, false).state == State::whole);
   CHECK(find_reply(kRead, sent(kRead), false).state == State::incomplete);
 }
 
-TEST_CASE("a write of one register is confirmed by its own echo only where the line does not echo",
+TEST_CASE("a write of one register is confirmed by its own echo only if the line does not echo",
           "[modbus]") {
   CHECK(find_reply(kWrite, sent(kWrite), false).state == State::found);
   CHECK(find_reply(kWrite, sent(kWrite), true).state == State::incomplete);
@@ -89,7 +89,8 @@ TEST_CASE("a write of one register is confirmed by its own echo only where the l
   CHECK(find_reply(several, sent(several) + confirmed, false).state == State::found);
 }
 
-TEST_CASE("a wrong checksum is none, and another unit's frame is found to be told", "[modbus]") {
+TEST_CASE("a reply with a wrong checksum is invalid, and another unit's frame is reported",
+          "[modbus]") {
   Bytes broken = kReply;
   broken[3] ^= 1;
   CHECK(find_reply(kRead, broken, false).state == State::whole);

@@ -30,7 +30,7 @@ struct Bench {
     io = std::make_unique<ReplayLoopIo>(settings);
     io->open();
   }
-  // Period 0 is when the loop begins: some moment of the daemon's life.
+  // Period 0 is the beginning of the loop, at any time in the daemon's life.
   Inputs read(std::uint64_t period) {
     Inputs inputs;
     io->read({.now_ns = now_ns(period), .period_index = 1000 + period}, inputs);
@@ -88,7 +88,7 @@ TEST_CASE("a missing sample is bad and leaves the last good one's time and seque
   CHECK(bench.read(3).process_variable.sequence == 3);
 }
 
-TEST_CASE("after the end all is bad, and says why") {
+TEST_CASE("after the end all values are bad, with the reason") {
   Bench bench(kRecord);
   bench.open();
   bench.read(0);
@@ -114,7 +114,7 @@ TEST_CASE("a repeated record begins again at its end") {
   CHECK(bench.read(9).process_variable.quality == Quality::good);
 }
 
-TEST_CASE("the read-back is the controller output where the record has no stem") {
+TEST_CASE("the read-back is the controller output if the record has no stem") {
   Bench with_co("time,pv,co\n0,1,50\n0.1,2,51\n");
   with_co.open();
   CHECK(with_co.read(0).valve_position_fitted);
@@ -150,7 +150,7 @@ TEST_CASE("commands are limited and quantised as by a real output") {
   CHECK(bench.write(20.2) <= 20.2);
 }
 
-TEST_CASE("a record of another period, or none, is refused") {
+TEST_CASE("a record of another period, or an empty one, is refused") {
   Bench bench(kRecord);
   bench.settings.sample_time_s = 0.1005;
   CHECK_NOTHROW(bench.open());
@@ -161,7 +161,7 @@ TEST_CASE("a record of another period, or none, is refused") {
   CHECK_THROWS_AS(bench.open(), loopwarden::record::RecordError);
 }
 
-TEST_CASE("before the record is open nothing is good") {
+TEST_CASE("before the record is open no value is good") {
   Bench bench(kRecord);
   bench.io = std::make_unique<ReplayLoopIo>(bench.settings);
   CHECK(bench.read(0).process_variable.quality == Quality::bad);

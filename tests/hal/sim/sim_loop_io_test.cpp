@@ -8,7 +8,7 @@ namespace sim_loop_io_test {
 using namespace loopwarden;
 using hal::Limit;
 
-TEST_CASE("the simulated transmitter says when it stands at an end of its range", "[sim]") {
+TEST_CASE("the simulated transmitter reports an end of its range", "[sim]") {
   plant::LoopModel model;
   model.controller.pid.output_high = 10.0;
   model.process = {.gain = 2.0, .time_constant_s = 0.5, .dead_time_s = 0.0};
@@ -34,7 +34,7 @@ TEST_CASE("the simulated transmitter says when it stands at an end of its range"
   CHECK(settled_at(0.5).limit == Limit::none);
 }
 
-TEST_CASE("before the first command the simulated valve stays where it is", "[sim]") {
+TEST_CASE("before the first command the simulated valve doesn't move", "[sim]") {
   plant::LoopModel model;
   model.controller.pid.output_high = 10.0;
   model.process = {.gain = 2.0, .time_constant_s = 0.5, .dead_time_s = 0.0};

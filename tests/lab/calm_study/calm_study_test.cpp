@@ -19,7 +19,7 @@ using namespace loopwarden::studies;
 
 namespace {
 
-// Returns the RMS of SP - PV with planned moves over that without them, while nothing goes wrong.
+// Returns the RMS of SP - PV with planned moves over that without them, without any trouble.
 double factor_without_trouble(StickyLoop loop) {
   loop.trial.unmeasured = 4;
   const double without = run_trial(loop.trial).settled.rms_error;
@@ -92,7 +92,7 @@ TEST_CASE("the study does not depend on the number of threads", "[calm][studies]
   }
 }
 
-TEST_CASE("what goes wrong while planned moves act is tried one by one", "[calm][studies]") {
+TEST_CASE("each kind of trouble during planned moves is tried separately", "[calm][studies]") {
   constexpr std::uint64_t kSeed = 6004;
   constexpr std::size_t kLoops = 2;
   // Planned moves that have disengaged before the trouble would hide it.
@@ -112,7 +112,7 @@ TEST_CASE("what goes wrong while planned moves act is tried one by one", "[calm]
     CHECK((row.share_worse == 0.0 || row.worst > 1.3));
     CHECK(row.worst < 1.6);
   }
-  CHECK(factors.size() == rows.size());  // each is another trouble
+  CHECK(factors.size() == rows.size());  // each kind gives a different result
   const std::vector<TroubleRow> alone = study_troubles(1, kSeed, {});
   for (std::size_t k = 0; k < rows.size(); ++k) CHECK(alone[k].worst <= rows[k].worst);
   CHECK(study_troubles(0, kSeed, {}).empty());
@@ -133,7 +133,7 @@ TEST_CASE("every contestant switches one compensator on", "[calm][studies]") {
   }
 }
 
-TEST_CASE("the project finds out process, s and j of a loop that it watches",
+TEST_CASE("the project identifies process, s and j of a loop that it watches",
           "[calm][studies][long]") {
   StickyLoop loop = random_sticky_loop(5, 3, Load::steady);
   loop.s = 0.8;

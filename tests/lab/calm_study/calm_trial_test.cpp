@@ -33,7 +33,7 @@ CalmTrial sticky_trial() {
                                 .parameters = {{"s", 1.0}, {"j", 0.5}},
                                 .options = {{"law", "he"}},
                                 .table = {}}};
-  // Off the rest that every run starts from.
+  // Away from the rest at which every run starts.
   trial.model.disturbances = {{.name = "step_disturbance",
                                .parameters = {{"size", 0.2}, {"time", 1.0}},
                                .options = {},
@@ -81,14 +81,14 @@ TEST_CASE("paper settles a healthy valve with read-back bias b at Ks b / Ki, the
   CHECK_FALSE(dwell.parked);
 }
 
-TEST_CASE("a limit cycle is measured as what it is", "[calm][studies]") {
+TEST_CASE("a limit cycle is measured correctly", "[calm][studies]") {
   const TrialResult result = run_trial(sticky_trial());
   CHECK_FALSE(result.parked);
-  // PV swings by gain times slip jump, the stem moves by the jump at each turn.
+  // PV swings by gain times slip jump, the stem moves by the jump at each reversal.
   CHECK(result.pv_swing == Approx(0.5).epsilon(0.05));
   CHECK(result.settled.travel_per_hour ==
         Approx(0.5 * result.settled.reversals_per_hour).epsilon(0.05));
-  // Two turns in a period.
+  // Two reversals per period.
   CHECK(result.settled.reversals_per_hour ==
         Approx(2.0 * 3600.0 / result.settled.period_s).epsilon(0.1));
   // CO crosses the stick band; the proportional term adds a little.
@@ -108,12 +108,12 @@ TEST_CASE("paper parks a sticky valve off the set point", "[calm][studies]") {
 TEST_CASE("the converter and the read-back have their resolution", "[calm][studies]") {
   CalmTrial trial = quiet_trial();
   trial.model.scenario.set_point = {{0.0, 4.2}, {0.0, 6.3}};
-  trial.output_resolution = 0.5;  // coarser than a loop can settle with
+  trial.output_resolution = 0.5;  // too coarse for a loop to settle
   CHECK(run_trial(trial).settled.rms_error > 0.05);
 
   trial.output_resolution = 0.0;
   trial.model.controller.jacket = {.form = control::JacketForm::paper, .gain_per_s = 0.4};
-  trial.read_back.resolution = 5.0;  // reads 5 V all the time
+  trial.read_back.resolution = 5.0;  // always reads 5 V
   const TrialResult coarse = run_trial(trial);
   CHECK(std::abs(coarse.settled.mean_error) > 0.01);
 }

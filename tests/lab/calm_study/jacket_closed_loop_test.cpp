@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The stickband jacket in the closed loop of the thesis's plant 1, as docs/jacket.md tells it.
+// The stickband jacket in the closed loop of the thesis's plant 1, as described in docs/jacket.md.
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <cstdint>
@@ -41,7 +41,7 @@ plant::LoopModel sticky_plant_1(const std::string& law) {
   return m;
 }
 
-// Two hours at each of eight set points, so that what luck there is in where the valve sticks
+// Two hours at each of eight set points, so that the chance in the valve's sticking positions
 // averages out.
 CalmTrial trial_with(const plant::LoopModel& model, JacketForm form) {
   CalmTrial trial;
@@ -58,7 +58,7 @@ CalmTrial trial_with(const plant::LoopModel& model, JacketForm form) {
 
 }  // namespace
 
-TEST_CASE("dwell brings RMS of SP - PV and stem travel down where the valve sticks",
+TEST_CASE("dwell reduces RMS of SP - PV and stem travel if the valve sticks",
           "[closed_loop][jacket]") {
   const std::string law = GENERATE("choudhury", "he", "karnopp");
   CAPTURE(law);
@@ -89,7 +89,7 @@ TEST_CASE("bounded keeps the loop moving, and cycles slower instead of faster",
   CHECK(bounded.settled.reversals_per_hour > 0.0);
 }
 
-TEST_CASE("on a healthy valve dwell changes nothing", "[closed_loop][jacket]") {
+TEST_CASE("on a healthy valve dwell has no effect", "[closed_loop][jacket]") {
   const TrialResult off = run_trial(trial_with(plant_1(), JacketForm::off));
   CalmTrial trial = trial_with(plant_1(), JacketForm::dwell);
   trial.read_back = {.bias = 0.3, .noise = 0.005, .resolution = kResolution};
@@ -129,7 +129,8 @@ TEST_CASE("switching the jacket on and off is bumpless", "[closed_loop][jacket]"
       acted = acted || loop.step().jacket_rate != 0.0;
       continue;
     }
-    // The same loop goes on unswitched beside it: in the period of the change nothing is between the two.
+    // The same loop continues unswitched in parallel. In the period of the change the two are
+    // equal.
     plant::SimulatedLoop unswitched = loop;
     on = !on;
     loop.controller().configure(on ? with_jacket : model.controller);

@@ -24,7 +24,7 @@ plant::LoopModel model() {
 
 }  // namespace
 
-TEST_CASE("a physical stem stands within its band, and jumps by j", "[calm][studies]") {
+TEST_CASE("a physical stem rests within its band, and jumps by j", "[calm][studies]") {
   const auto friction = GENERATE(PhysicalFriction::karnopp, PhysicalFriction::stribeck);
   PhysicalPlant plant(model(), {.friction = friction, .s = 0.8, .j = 0.5});
   plant.reset(5.0);

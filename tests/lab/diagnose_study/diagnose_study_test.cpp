@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// `loopwarden-study diagnose` as it is called: weights, records judged without a say in them, gap examples.
+// Runs `loopwarden-study diagnose` as a user does: weights, records judged by weights of other
+// plants, gap examples.
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <filesystem>
@@ -30,7 +31,7 @@ std::string text_of(const std::filesystem::path& file) {
   return text.str();
 }
 
-// The open records in `folder`, `loop` with the label that is not its own.
+// Copies the open records into `folder`, `loop` with a wrong label.
 void copy_with_wrong_label(const std::filesystem::path& folder, const std::string& loop) {
   std::filesystem::copy(kRecords, folder);
   std::istringstream lines(text_of(kRecords / "labels.csv"));
@@ -44,7 +45,8 @@ void copy_with_wrong_label(const std::filesystem::path& folder, const std::strin
   }
 }
 
-// What is said of each loop of `records` while its plant is left out, other plants beside.
+// Returns the result for each loop of `records`, with its own plant left out and other plants
+// added.
 std::map<std::string, double> left_out(const std::filesystem::path& records) {
   const ShellOutcome outcome = bash(kStudy + "--records " + records.string() + " " + kOtherPlants +
                                     " --json --refit --cases 60 --seed 5");
@@ -57,9 +59,8 @@ std::map<std::string, double> left_out(const std::filesystem::path& records) {
   return said;
 }
 
-TEST_CASE(
-    "--refit: the labels of a plant have no say in the verdicts on it, but in those on others",
-    "[studies][diagnose]") {
+TEST_CASE("--refit: the labels of a plant don't affect the verdicts on it, but those on others",
+          "[studies][diagnose]") {
   const TemporaryFolder folder;
   copy_with_wrong_label(folder / "B", "B");
   const auto right = left_out(kRecords);
@@ -71,7 +72,7 @@ TEST_CASE(
   CHECK(right.at("CHEM24") != wrong.at("CHEM24"));
 }
 
-TEST_CASE("--weights: the same data make the same header; labels the wrong way round make another",
+TEST_CASE("--weights: the same data make the same header; reversed labels make another",
           "[studies][diagnose]") {
   const TemporaryFolder folder;
   copy_with_wrong_label(folder / "wrong", "B");
@@ -84,7 +85,7 @@ TEST_CASE("--weights: the same data make the same header; labels the wrong way r
   const std::string first = weights(kRecords, "first.hpp");
   CHECK(first == weights(kRecords, "second.hpp"));
   CHECK(first != weights(folder / "wrong", "third.hpp"));
-  // What the program is compiled with has the same form: all but the numbers.
+  // The compiled-in weights have the same form: all except the numbers.
   const auto form = [](std::string text) {
     text.erase(std::remove_if(text.begin(), text.end(),
                               [](char c) {
@@ -103,7 +104,7 @@ TEST_CASE("--weights: the same data make the same header; labels the wrong way r
   CHECK(first.find("--records " + kRecords.string()) != std::string::npos);
 }
 
-TEST_CASE("--compare: measured loops beside simulated ones, with and without an ingredient",
+TEST_CASE("--compare: measured and simulated loops, with and without an ingredient",
           "[studies][diagnose]") {
   const TemporaryFolder folder;
   const std::string data = LOOPWARDEN_SOURCE_DIR "/data/";
@@ -129,8 +130,9 @@ TEST_CASE("--compare: measured loops beside simulated ones, with and without an 
   CHECK(bash(kStudy + compare + "--without nonsense 2>/dev/null").exit_code == 64);
 }
 
-TEST_CASE("--gap-examples: a sticking valve is found, a bias is no false alarm, a bad list is told",
-          "[studies][diagnose]") {
+TEST_CASE(
+    "--gap-examples: a sticking valve is found, a bias is no false alarm, a bad list is reported",
+    "[studies][diagnose]") {
   const TemporaryFolder folder;
   std::vector<loopwarden::hidden_cases::CaseRequest> requests{
       {.id = "stuck", .effect = "stiction", .seed = 60031},

@@ -37,7 +37,7 @@ TEST_CASE("each ingredient of the simulated loops can be left out, and makes a d
   }
 }
 
-TEST_CASE("training finds the evidence that tells the causes apart, by any number of threads") {
+TEST_CASE("training finds the evidence that separates the causes, with any number of threads") {
   numeric::Random random(2);
   std::vector<studies::LabelledFeatures> cases(600);
   for (auto& c : cases) {

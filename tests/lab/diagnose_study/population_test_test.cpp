@@ -16,7 +16,8 @@ void in_turn(std::size_t count, const std::function<void(std::size_t)>& body) {
   for (std::size_t i = 0; i < count; ++i) body(i);
 }
 
-// Three numbers a window, the second shifted where the loop is measured. Sticky loops lie elsewhere than the others.
+// Three numbers per window. The second is shifted if the loop is measured. Sticky loops have values
+// apart from the others.
 std::vector<Evidence> population(std::uint64_t seed, std::size_t loops, bool measured,
                                  double shift) {
   numeric::Random random(seed);
@@ -36,7 +37,7 @@ std::vector<Evidence> population(std::uint64_t seed, std::size_t loops, bool mea
 }
 
 TEST_CASE(
-    "population test: alike populations with other shares of sticky loops can't be told apart") {
+    "population test: alike populations with other shares of sticky loops can't be distinguished") {
   const auto test = studies::test_population(population(1, 300, false, 0.0),
                                              population(2, 48, true, 0.0), in_turn);
   CHECK(test.loops == 48);
@@ -56,7 +57,7 @@ TEST_CASE("population test: a shift of one number is seen in plants that were no
   for (const auto& plant : test.plants) CHECK(plant.auc > 0.75);
 }
 
-TEST_CASE("population test: kinds without a counterpart are left out, one plant says nothing") {
+TEST_CASE("population test: kinds without a counterpart are left out, one plant gives no result") {
   auto measured = population(2, 12, true, 0.0);
   for (auto& e : measured) {
     if (e.plant == "a") e.kind = "level";

@@ -51,7 +51,7 @@ TEST_CASE("shares of right names are those of their lead, in groups", "[hidden_c
   add(names, 5.0, 10, 1, false);
   const Calibration c = calibrate(names);
   REQUIRE(c.rest_is_noise.size() == 3);
-  CHECK(c.rest_is_noise[0].from_nats == 0.0);  // the least lead that was seen has nothing below it
+  CHECK(c.rest_is_noise[0].from_nats == 0.0);  // the lowest row begins at the least possible lead
   CHECK(c.rest_is_noise[0].share() == Approx(5.0 / 12.0));
   CHECK(c.rest_is_noise[1].from_nats == Approx(30.0));
   CHECK(c.rest_is_noise[1].share() == Approx(9.0 / 12.0));
@@ -70,7 +70,8 @@ TEST_CASE("a group with a larger lead never promises less: the two are joined", 
   REQUIRE(c.rest_is_noise.size() == 2);
   CHECK(c.rest_is_noise[0].names == 20);
   CHECK(c.rest_is_noise[0].right == 15);
-  CHECK(c.rest_is_noise[1].names == 14);  // the rest after whole groups goes to the last
+  // the remaining ones after whole groups are added to the last
+  CHECK(c.rest_is_noise[1].names == 14);
 }
 
 TEST_CASE("names of one lead stay in one group", "[hidden_cases]") {
@@ -82,12 +83,12 @@ TEST_CASE("names of one lead stay in one group", "[hidden_cases]") {
   CHECK(c.rest_is_noise[0].names == 15);
 }
 
-TEST_CASE("a controller's settings have a row of their own", "[hidden_cases]") {
+TEST_CASE("a controller's settings have a separate row", "[hidden_cases]") {
   const Calibration c = calibrate({controller(true), controller(true), controller(false)});
   CHECK(c.controller.names == 3);
   CHECK(c.controller.right == 2);
   REQUIRE(c.rest_is_noise.size() == 1);
-  CHECK(c.rest_is_noise[0].share() == 0.5);  // nothing known
+  CHECK(c.rest_is_noise[0].share() == 0.5);  // no information
 }
 
 TEST_CASE("names survive their file, and a bad line is named", "[hidden_cases]") {
@@ -113,15 +114,14 @@ TEST_CASE("names survive their file, and a bad line is named", "[hidden_cases]")
   CHECK(complaint(text + "h2,x,x,yes,1,1,1,1,1,1\n").find("'yes'") != std::string::npos);
 }
 
-TEST_CASE("the table of confidence is what its command makes of the kept names",
+TEST_CASE("the table of confidence equals the output of its command for the kept names",
           "[hidden_cases][confidence]") {
   const NamesFile names = parse_names(read_file(kKept + "made_from.csv"));
   CHECK(table_source(names) == read_file(LOOPWARDEN_SOURCE_DIR "/model/gap/confidence_table.cpp"));
   for (const GivenName& one : names.names) CHECK(std::stoul(one.id.substr(1)) < 100000);
 }
 
-TEST_CASE("names of other seeds are right as often as they are promised",
-          "[hidden_cases][confidence]") {
+TEST_CASE("names of other seeds are right as often as predicted", "[hidden_cases][confidence]") {
   const NamesFile check = parse_names(read_file(kKept + "checked_on.csv"));
   REQUIRE(check.names.size() >= 10);
   double promised = 0.0;
@@ -141,7 +141,7 @@ TEST_CASE("names of other seeds are right as often as they are promised",
   }
   CAPTURE(promised, right, check.names.size(), confident.hits, confident.of);
   CHECK(std::abs(right - promised) < 2.0 * std::sqrt(spread) + 1.0);
-  // Nine in ten, or no further below than chance may take it.
+  // Nine in ten, or no further below than chance allows.
   CHECK(confident.interval().second >= 90.0);
 }
 

@@ -18,7 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// A stand-in for the program: called as `PATH gap RECORD --model MODEL --out OUT --json`.
+// A substitute for the program: called as `PATH gap RECORD --model MODEL --out OUT --json`.
 GapProgram script(const TemporaryFolder& folder, const std::string& body) {
   const fs::path path = folder / "program";
   write_file(path, "#!/bin/sh\n" + body);
@@ -32,7 +32,8 @@ constexpr const char* kNoGap =
 void write_two_cases(const fs::path& folder) {
   write_file(folder / "truth.json",
              R"([{"id": "a", "effect": "none", "accept": ["none"], "par": {}, "floor_rmse": 0.1},
-                 {"id": "b", "effect": "drift", "accept": ["drift"], "par": {}, "floor_rmse": 0.1}])");
+                 {"id": "b", "effect": "drift", "accept": ["drift"], )"
+             R"("par": {}, "floor_rmse": 0.1}])");
 }
 
 }  // namespace
@@ -74,7 +75,7 @@ TEST_CASE("a program that fails is an answer with the reason", "[hidden_cases]")
   CHECK_THROWS_AS(run_gap({.path = folder / "absent"}, "c", folder / "out"), std::system_error);
 }
 
-TEST_CASE("cases are found by folder or alone", "[hidden_cases]") {
+TEST_CASE("cases are found by folder or by file", "[hidden_cases]") {
   const TemporaryFolder folder;
   write_two_cases(folder.path());
   CHECK(find_cases(folder.path()).size() == 2);
@@ -85,7 +86,7 @@ TEST_CASE("cases are found by folder or alone", "[hidden_cases]") {
   CHECK_THROWS_AS(find_cases(folder / "c/d"), std::system_error);
 }
 
-TEST_CASE("all cases are scored in their order, however many at a time", "[hidden_cases]") {
+TEST_CASE("all cases are scored in their order, with any number at a time", "[hidden_cases]") {
   const TemporaryFolder folder;
   write_two_cases(folder.path());
   const GapProgram program =

@@ -13,10 +13,10 @@ namespace gap_small_test {
 using namespace loopwarden::studies::gap_study;
 using loopwarden::tests::TemporaryFolder;
 
-TEST_CASE("of a few easy hidden effects each is named, and none where there is none",
+TEST_CASE("a few easy hidden effects are each named, and a case without an effect gets no name",
           "[hidden_cases][gap]") {
   const TemporaryFolder folder;
-  // Development seeds: the held-out ones, from 100000 on, are for the study alone.
+  // Development seeds: the held-out ones, from 100000 on, are only for the study.
   std::vector<loopwarden::hidden_cases::CaseRequest> requests{
       {.id = "bias", .effect = "output_bias", .seed = 60005},
       {.id = "drift", .effect = "drift", .seed = 70003},

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// loopwarden-study gap as its users call it.
+// Runs loopwarden-study gap as a user does.
 #include <catch2/catch.hpp>
 #include <filesystem>
 #include <nlohmann/json.hpp>
@@ -17,7 +17,7 @@ ShellOutcome run_program(const std::string& call) {
   return bash(LOOPWARDEN_BIN_DIR "/" + call + " 2>/dev/null");
 }
 
-// A program that never sees a gap.
+// A program that never finds a gap.
 std::string blind_program(const TemporaryFolder& folder) {
   const fs::path path = folder / "blind";
   write_file(path,
@@ -29,7 +29,7 @@ std::string blind_program(const TemporaryFolder& folder) {
 
 }  // namespace
 
-TEST_CASE("wrong usage of the study ends with 64, what can't be read or started with 74",
+TEST_CASE("wrong usage of the study ends with 64, unreadable or unstartable input with 74",
           "[hidden_cases]") {
   const TemporaryFolder folder;
   const std::string out = (folder / "out").string();
@@ -43,7 +43,7 @@ TEST_CASE("wrong usage of the study ends with 64, what can't be read or started 
         65);
 }
 
-TEST_CASE("what the generator refuses or can't do ends the study", "[hidden_cases]") {
+TEST_CASE("a refusal or failure of the generator ends the study", "[hidden_cases]") {
   const TemporaryFolder folder;
   const std::string study =
       "loopwarden-study gap --generate 2 --seed 9 --gap " + blind_program(folder);
@@ -56,7 +56,7 @@ TEST_CASE("what the generator refuses or can't do ends the study", "[hidden_case
   CHECK(run_program(study + " --generator " + (folder / "no-program").string()).exit_code == 74);
 }
 
-TEST_CASE("written cases are scored, those with load apart", "[hidden_cases]") {
+TEST_CASE("written cases are scored, those with load separately", "[hidden_cases]") {
   const TemporaryFolder folder;
   const std::string out = (folder / "some-load").string();
   REQUIRE(run_program("loopwarden_hidden_cases --count 3 --seed 9 --samples 600 --load --out " +

@@ -43,7 +43,7 @@ const Truth kOutside = truth("outside:slow_tail", {"unexplained"});
 
 }  // namespace
 
-TEST_CASE("a single effect is right when one accepted name stands alone", "[hidden_cases]") {
+TEST_CASE("a single effect is right if exactly one accepted name is given", "[hidden_cases]") {
   CHECK(score_case(kStiction, answer("missing_effect", {{"stiction", 0.9, {}}})).right);
   CHECK(score_case(kHysteresis, answer("missing_effect", {{"backlash", 0.9, {}}})).right);
   CHECK_FALSE(score_case(kStiction, answer("missing_effect", {{"backlash", 0.9, {}}})).right);
@@ -70,14 +70,14 @@ TEST_CASE("a pair is right when both are named and no other", "[hidden_cases]") 
   CHECK_FALSE(score_case(kPair, answer("missing_effect", {{"backlash", 0.9, {}}, g})).right);
 }
 
-TEST_CASE("no effect may be named where none is hidden", "[hidden_cases]") {
+TEST_CASE("a case without a hidden effect may get no name", "[hidden_cases]") {
   CHECK(score_case(kNone, answer("no_gap", {})).right);
   CHECK(score_case(kNone, answer("unexplained", {})).right);
   CHECK_FALSE(score_case(kNone, answer("missing_effect", {{"drift", 0.5, {}}})).right);
 }
 
 TEST_CASE(
-    "outside the catalogue 'unexplained' is right, or the name it has now, if the gap is of size",
+    "outside the catalogue 'unexplained' is right, or its present name, if the gap is sizeable",
     "[hidden_cases]") {
   CHECK(score_case(kOutside, answer("unexplained", {})).right);
   CHECK_FALSE(score_case(kOutside, answer("no_gap", {})).right);
@@ -191,11 +191,9 @@ TEST_CASE("gap.json and truth.json are read, or refused with a reason", "[hidden
   CHECK_THROWS_AS(parse_answer("{"), std::runtime_error);
   CHECK_THROWS_AS(parse_answer(R"({"verdict": "no_gap"})"), std::runtime_error);
   CHECK_THROWS_AS(parse_truth(R"([{"id": "a"}])"), std::runtime_error);
-  CHECK(
-      kind_of(
-          parse_truth(
-              R"([{"id": "a", "effect": "none", "accept": ["none"], "par": {}, "floor_rmse": 0.1}])")
-              .at(0)) == Kind::kNone);
+  CHECK(kind_of(parse_truth(R"([{"id": "a", "effect": "none", "accept": ["none"], )"
+                            R"("par": {}, "floor_rmse": 0.1}])")
+                    .at(0)) == Kind::kNone);
 }
 
 TEST_CASE("the table names figures, aims and failures; the list names misses", "[hidden_cases]") {

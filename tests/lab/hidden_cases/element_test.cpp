@@ -13,8 +13,8 @@ using namespace loopwarden::hidden_cases;
 
 namespace {
 
-// Moves the input at 0.02 per second until the output has moved by 0.1, more than bristles give way,
-// and come to rest again.
+// Moves the input at 0.02 per second until the output has moved by 0.1, more than bristles yield,
+// and has stopped again.
 constexpr double kSlip = 0.1;
 struct Slip {
   double input;
@@ -33,7 +33,7 @@ Slip ramp_until_slip(Element& element, double& input, double& output, double dir
 
 }  // namespace
 
-TEST_CASE("a sticky stem holds, jumps and turns as s and j say", "[hidden_cases]") {
+TEST_CASE("a sticky stem holds, jumps and reverses according to s and j", "[hidden_cases]") {
   const double s = 1.2;
   const double j = 0.4;
   const bool lugre = GENERATE(false, true);
@@ -41,7 +41,7 @@ TEST_CASE("a sticky stem holds, jumps and turns as s and j say", "[hidden_cases]
   const auto element = lugre ? make_lugre_stem(stem, 80.0) : make_karnopp_stem(stem);
   double input = 3.0;
   double output = element->reset(input);
-  // Bristles give way a little before they let go.
+  // Bristles yield a little before they break loose.
   const double tolerance = lugre ? 0.03 : 0.01;
 
   const Slip up = ramp_until_slip(*element, input, output, 1.0);
@@ -83,7 +83,7 @@ TEST_CASE("play loses its width on a reversal, and only then", "[hidden_cases]")
   CHECK(output == Approx(5.4).margin(0.005));
 }
 
-TEST_CASE("branches of a hysteresis lie its width apart at mid travel", "[hidden_cases]") {
+TEST_CASE("branches of a hysteresis are its width apart at mid travel", "[hidden_cases]") {
   const double width = 0.9;
   const bool stack = GENERATE(false, true);
   const auto element = stack ? make_play_stack({{0.3, 0.5, 0.7}, {0.5, 0.3, 0.2}})
@@ -135,7 +135,7 @@ TEST_CASE("dead time of plug flow is volume over flow", "[hidden_cases]") {
   CHECK(steps * kStep_s == Approx(8.0 / flow).margin(0.01));
 }
 
-TEST_CASE("every element rests where reset says", "[hidden_cases]") {
+TEST_CASE("every element rests at its reset value", "[hidden_cases]") {
   Chain chain;
   chain.push_back(make_lag(0.3));
   chain.push_back(make_positioner(2.0, 0.5, 0.2));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The generator as its users call it.
+// Runs the generator as a user does.
 #include <catch2/catch.hpp>
 #include <string>
 
@@ -15,8 +15,7 @@ int generate(const std::string& options) {
 
 }  // namespace
 
-TEST_CASE("the generator's wrong usage ends with 64, what can't be written with 74",
-          "[hidden_cases]") {
+TEST_CASE("the generator's wrong usage ends with 64, unwritable output with 74", "[hidden_cases]") {
   const TemporaryFolder folder;
   const std::string out = (folder / "out").string();
   CHECK(generate("--help") == 0);

@@ -50,7 +50,7 @@ Rows read_record(const std::filesystem::path& path) {
   return rows;
 }
 
-// The largest difference between the recorded CO and a PI that sees the recorded SP and PV.
+// Returns the largest difference between the recorded CO and a PI with the recorded SP and PV.
 double replay_error(const Rows& rows, double kp, double ki) {
   double integral =
       rows.co[0] - kp * (rows.sp[0] - rows.pv[0]) - ki * 0.1 * (rows.sp[0] - rows.pv[0]);
@@ -64,7 +64,8 @@ double replay_error(const Rows& rows, double kp, double ki) {
   return worst;
 }
 
-// RMSE over the last third of a first-order model with dead time driven by the recorded CO.
+// Returns the RMSE over the last third of a first-order model with dead time driven by the recorded
+// CO.
 double believed_rmse(const HiddenCase& one) {
   const LoopRecord& record = one.record;
   const double keep = std::exp(-kPeriod_s / one.believed.time_constant_s);
@@ -142,7 +143,7 @@ TEST_CASE("the believed controller replays the recorded output, a hidden one doe
   }
 }
 
-TEST_CASE("what the truth leaves is below what the belief leaves", "[hidden_cases]") {
+TEST_CASE("the error of the truth is below the error of the belief", "[hidden_cases]") {
   const std::string effect = GENERATE("stiction", "backlash", "gain_change", "output_bias", "drift",
                                       "step_disturbance", "valve_characteristic");
   INFO(effect);
@@ -150,7 +151,7 @@ TEST_CASE("what the truth leaves is below what the belief leaves", "[hidden_case
   CHECK(believed_rmse(one) > 2.0 * one.floor_rmse);
 }
 
-TEST_CASE("where nothing is hidden the belief is nearly right", "[hidden_cases]") {
+TEST_CASE("in a case without a hidden effect the belief is nearly right", "[hidden_cases]") {
   const std::string effect = GENERATE("none", "none:sluggish_tuning", "none:constant_set_point");
   const HiddenCase one = make_case(request(Kind::kNone, effect, 5));
   CHECK(one.effect == "none");
@@ -158,7 +159,7 @@ TEST_CASE("where nothing is hidden the belief is nearly right", "[hidden_cases]"
   CHECK(believed_rmse(one) < 0.12);
 }
 
-TEST_CASE("without noise and load the truth's free run is what was measured", "[hidden_cases]") {
+TEST_CASE("without noise and load the truth's free run equals the measurement", "[hidden_cases]") {
   TruthLoop loop;
   loop.path.push_back(make_lag(0.2));
   loop.path.push_back(make_karnopp_stem({0.6, 0.4, 0.0, 30.0, 0.1, {}}));
@@ -211,7 +212,7 @@ TEST_CASE("a plan has the asked kinds in proportion and a seed for every case", 
   CHECK(open == 20);
 }
 
-TEST_CASE("truth.json and model.yaml say what is hidden and what is believed", "[hidden_cases]") {
+TEST_CASE("truth.json has the hidden effect and model.yaml the believed model", "[hidden_cases]") {
   const TemporaryFolder folder;
   HiddenCase one = make_case(request(Kind::kSingle, "hysteresis", 3));
   write_case(folder.path(), one);

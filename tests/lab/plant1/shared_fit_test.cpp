@@ -10,7 +10,7 @@ using namespace loopwarden::studies;
 
 namespace {
 
-// Record r is a straight line with the shared slope and an offset of its own.
+// Record r is a straight line with the shared slope and a separate offset.
 SharedFitProblem lines() {
   SharedFitProblem problem;
   problem.shared = {{"slope", -10.0, 10.0}};
@@ -61,7 +61,7 @@ TEST_CASE("parameters keep to their bounds", "[shared_fit]") {
   CHECK(fit.shared[0] == Approx(2.0).margin(1e-2));
 }
 
-TEST_CASE("a start is never lost to something worse", "[shared_fit]") {
+TEST_CASE("a start is never replaced by a worse one", "[shared_fit]") {
   const SharedFit good = fit_shared(lines(), {.population = 20, .generations = 200, .seed = 3});
   const SharedFit again =
       fit_shared(lines(), {.population = 8, .generations = 1, .seed = 9}, &good);

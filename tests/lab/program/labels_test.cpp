@@ -8,9 +8,8 @@
 
 namespace loopwarden::tests::labels_test {
 
-TEST_CASE(
-    "labels: plant and kind where there are such columns, else the letters of the file's name",
-    "[studies]") {
+TEST_CASE("labels: plant and kind from such columns, otherwise the letters of the file's name",
+          "[studies]") {
   const TemporaryFolder folder;
   std::ofstream(folder / "bare.csv") << "file,loop,sticky\nCHEM10.csv,CHEM10,1\n10.csv,x,0\n";
   const auto bare = studies::read_labels(folder / "bare.csv");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What all studies do alike, and that each runs.
+// The common behaviour of all studies, and that each runs.
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -17,7 +17,7 @@ ShellOutcome study(const std::string& words) { return bash(kProgram + " " + word
 
 }  // namespace
 
-TEST_CASE("every study prints JSON where it is asked for, and has help") {
+TEST_CASE("every study prints JSON on request, and has help") {
   for (const char* name :
        {"alarm", "calm", "compare", "diagnose", "gallery", "gap", "plant1", "specialist"}) {
     INFO(name);
@@ -70,10 +70,9 @@ TEST_CASE("the gallery names the measured record that it does not find") {
   CHECK(outcome.text.find("/nonexistent/measured/rse_0412_fcv701.csv") != std::string::npos);
 }
 
-TEST_CASE("the study of specialists runs on those that ship") {
-  const ShellOutcome outcome =
-      study("specialist table real unknown --quick --data " + kSource +
-            "/examples/specialists --records " + kSource + "/examples/plant1");
+TEST_CASE("the study of specialists runs on the shipped ones") {
+  const ShellOutcome outcome = study("specialist table real unknown --quick --data " + kSource +
+                                     "/data/specialists --records " + kSource + "/data/plant1");
   INFO(outcome.text);
   CHECK(outcome.exit_code == 0);
   CHECK(outcome.text.find("Table 9.1 with 9 specialists: 2") != std::string::npos);
@@ -82,10 +81,10 @@ TEST_CASE("the study of specialists runs on those that ship") {
   CHECK(study("specialist nothing").exit_code == 64);
 }
 
-TEST_CASE("SIGTERM takes a study's new folder with it", "[long]") {
+TEST_CASE("SIGTERM removes a study's new folder", "[long]") {
   const TemporaryFolder folder;
   const std::string cases = (folder / "cases").string();
-  // Ended once the first case stands there.
+  // Ended once the first case exists there.
   const ShellOutcome outcome =
       bash(kProgram + " diagnose --cases 100000 --save " + cases +
            " 2>/dev/null & study=$!; for i in $(seq 3000); do [ -n \"$(ls " + cases +

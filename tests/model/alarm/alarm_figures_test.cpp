@@ -48,7 +48,7 @@ TEST_CASE("a flood lasts from more than 10 alarms in 10 min to fewer than 5",
           "[monitor][figures]") {
   std::vector<AlarmCame> came;
   add(came, kDay, 11, "A", "x", 50'000);                // 11 in the first stretch
-  add(came, kDay + 10 * kMinute, 5, "B", "x", 90'000);  // goes on
+  add(came, kDay + 10 * kMinute, 5, "B", "x", 90'000);  // continues
   add(came, kDay + 20 * kMinute, 4, "C", "x", 90'000);  // has ended
   add(came, kDay + 60 * kMinute, 10, "D", "x", 50'000);
   const AlarmFigures figures = figures_of(came, kDay, kDay + 100 * kMinute);
@@ -57,7 +57,7 @@ TEST_CASE("a flood lasts from more than 10 alarms in 10 min to fewer than 5",
   CHECK(figures.most_in_stretch == 11);
 }
 
-TEST_CASE("what comes three times within a minute chatters", "[monitor][figures]") {
+TEST_CASE("an alarm that is raised three times within a minute chatters", "[monitor][figures]") {
   std::vector<AlarmCame> came;
   add(came, kDay, 3, "A", "bad_pv", 30'000);
   add(came, kDay, 3, "B", "bad_pv", 30'001);
@@ -70,7 +70,7 @@ TEST_CASE("what comes three times within a minute chatters", "[monitor][figures]
   CHECK(figures.chattering[1].count == 3);
 }
 
-TEST_CASE("the figures don't depend on the order, and shares are of all that came",
+TEST_CASE("the figures don't depend on the order, and shares are of all raised alarms",
           "[monitor][figures]") {
   property::for_all("figures", 100, [] {
     std::vector<AlarmCame> came;
@@ -94,7 +94,7 @@ TEST_CASE("the figures don't depend on the order, and shares are of all that cam
   });
 }
 
-TEST_CASE("no time has no figures", "[monitor][figures]") {
+TEST_CASE("an empty time range has no figures", "[monitor][figures]") {
   CHECK(figures_of({}, kDay, kDay).came == 0);
   CHECK(figures_of({}, kDay, 2 * kDay).per_hour == 0.0);
 }

@@ -33,7 +33,7 @@ std::string table() {
 
 }  // namespace
 
-TEST_CASE("docs/alarms.md says of each alarm what its guide says", "[monitor][reference]") {
+TEST_CASE("docs/alarms.md has the text of each alarm's guide", "[monitor][reference]") {
   std::ifstream in(kDocument);
   std::stringstream read;
   read << in.rdbuf();

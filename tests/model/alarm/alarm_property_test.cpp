@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What no sequence of windows, operators and restarts may do to an alarm.
+// Invariants of an alarm under any sequence of windows, operators and restarts.
 #include <catch2/catch.hpp>
 #include <cstdint>
 #include <limits>
@@ -33,7 +33,7 @@ enum class Event : std::uint8_t {
 };
 constexpr std::size_t kEvents = 10;
 
-// What is known of an alarm without asking it.
+// The state of an alarm that is known without asking it.
 struct Seen {
   std::int64_t now_ms = 1'800'000'000'000;
   bool on = false;
@@ -45,13 +45,13 @@ bool latched(S state) {
   return state == S::latched_unacknowledged || state == S::latched_acknowledged;
 }
 
-// True where an operator's action was taken.
+// Returns true if an operator's action was taken.
 bool apply(Alarm& alarm, Event event, Seen& seen) {
   switch (event) {
     case Event::on: {
       if (!seen.on) ++seen.times_raised;
       seen.on = true;
-      // A severity that could not be computed must not stay for ever.
+      // A severity that could not be computed must be replaced later.
       const bool computed = one_of(10) != 0;
       alarm.condition_on(seen.now_ms,
                          computed ? number(0.0, 100.0) : std::numeric_limits<double>::quiet_NaN());
@@ -76,7 +76,7 @@ bool apply(Alarm& alarm, Event event, Seen& seen) {
     }
     case Event::unshelve: return alarm.unshelve(seen.now_ms);
     case Event::time:
-      // Now and then the clock is set back.
+      // The clock is sometimes set back.
       seen.now_ms += integer(one_of(5) == 0 ? -1000 : 0, 1000) * kMinute;
       alarm.pass_time(seen.now_ms);
       return true;
@@ -98,10 +98,10 @@ bool apply(Alarm& alarm, Event event, Seen& seen) {
 
 void check(const Alarm& alarm, const Seen& seen) {
   const AlarmMemory& memory = alarm.memory();
-  require(alarm.active() == seen.on, "on as the last window said, whatever the operator did");
+  require(alarm.active() == seen.on, "on as in the last window, whatever the operator did");
   require(memory.raised <= S::latched_acknowledged, "neither shelf nor suppression is a condition");
-  require(alarm.settings().latching || !latched(memory.raised), "latched where it latches only");
-  require(memory.times_raised == seen.times_raised, "each coming is counted once");
+  require(alarm.settings().latching || !latched(memory.raised), "latched only if it latches");
+  require(memory.times_raised == seen.times_raised, "each raising is counted once");
   require(memory.worst_severity_percent >= memory.severity_percent, "the worst is the worst");
   require(!(alarm.unacknowledged() && (alarm.shelved() || alarm.is_consequence())),
           "what is put aside or explained does not wait for the operator");
@@ -123,7 +123,7 @@ TEST_CASE("no sequence of windows, actions and restarts breaks an alarm",
       check(alarm, seen);
       if (!taken) {
         require(alarm.memory() == before.memory() && alarm.state() == before.state(),
-                "a refused action changes nothing");
+                "a refused action has no effect");
       }
       if (event == Event::off && before.unacknowledged()) {
         require(alarm.unacknowledged(), "what the operator has not seen does not go by itself");

@@ -44,7 +44,7 @@ Alarm alarm_in(S raised, bool shelved, bool valid, bool explained, bool latching
   memory.shelved_until_ms = shelved ? kNow + kMinute : 0;
   Alarm alarm({.latching = latching, .shelve_limit_ms = kLimit}, memory);
   if (valid) {
-    // A judged window that agrees with the state changes nothing but the validity.
+    // A judged window that agrees with the state changes only the validity.
     if (raised == S::unacknowledged || raised == S::acknowledged) {
       alarm.condition_on(kNow - 1, 5.0);
     } else {
@@ -55,7 +55,7 @@ Alarm alarm_in(S raised, bool shelved, bool valid, bool explained, bool latching
   return alarm;
 }
 
-// Whether an operator's action was taken; true for what is none.
+// Returns whether an operator's action was taken; true for an event that is no action.
 bool apply(Alarm& alarm, Event event) {
   switch (event) {
     case Event::on: alarm.condition_on(kNow, 7.0); return true;
@@ -72,7 +72,7 @@ bool apply(Alarm& alarm, Event event) {
   return false;
 }
 
-// The tables that the machine is held against: rows are what lies under shelf and suppression.
+// The expected transitions. Rows are the states without shelf and suppression.
 struct Row {
   S before;
   S on;
@@ -105,7 +105,7 @@ S visible(S raised, bool shelved, bool valid, bool explained) {
 
 }  // namespace
 
-TEST_CASE("every state and every event, as the table says", "[monitor][alarm]") {
+TEST_CASE("every state and every event follow the table", "[monitor][alarm]") {
   for (const Row& row : kTable) {
     for (const bool shelved : {false, true}) {
       for (const bool valid : {false, true}) {
@@ -171,7 +171,7 @@ TEST_CASE("every state and every event, as the table says", "[monitor][alarm]") 
   }
 }
 
-TEST_CASE("the texts and numbers that users rely on", "[monitor][alarm]") {
+TEST_CASE("texts and numbers that are a contract with users", "[monitor][alarm]") {
   const std::vector<std::pair<int, std::string>> promised{{0, "normal"},
                                                           {1, "unacknowledged"},
                                                           {2, "acknowledged"},
@@ -186,14 +186,15 @@ TEST_CASE("the texts and numbers that users rely on", "[monitor][alarm]") {
   }
 }
 
-TEST_CASE("before the first window an alarm can't come, and says so", "[monitor][alarm]") {
+TEST_CASE("before the first window an alarm can't be raised, and reports this",
+          "[monitor][alarm]") {
   Alarm alarm;
   CHECK(alarm.state() == S::suppressed);
   alarm.condition_off(kNow);
   CHECK(alarm.state() == S::normal);
 }
 
-TEST_CASE("a shelving ends by itself, and never lasts longer than the limit", "[monitor][alarm]") {
+TEST_CASE("a shelving ends by itself, and is never longer than the limit", "[monitor][alarm]") {
   Alarm alarm({.latching = false, .shelve_limit_ms = 10 * kMinute});
   CHECK_FALSE(alarm.shelve(kNow, kNow));
   CHECK_FALSE(alarm.shelve(kNow, kNow - 1));
@@ -210,7 +211,7 @@ TEST_CASE("a shelving ends by itself, and never lasts longer than the limit", "[
     CHECK_FALSE(alarm.pass_time(kNow + 2 * kMinute));
     CHECK(alarm.pass_time(kNow + 5 * kMinute));
   }
-  SECTION("a clock that was set back by a day does not keep it there") {
+  SECTION("a clock that was set back by a day does not prolong it") {
     REQUIRE(alarm.shelve(kNow, kNow + 5 * kMinute));
     CHECK(alarm.pass_time(kNow - 1440 * kMinute));
   }
@@ -234,7 +235,7 @@ TEST_CASE("severity: the newest, and the worst since the alarm was raised", "[mo
   CHECK(alarm.memory().severity_percent == 0.0);
 }
 
-TEST_CASE("a restart takes up what was remembered, and nothing impossible", "[monitor][alarm]") {
+TEST_CASE("a restart restores the remembered state, except impossible ones", "[monitor][alarm]") {
   Alarm before;
   before.condition_on(kNow, 4.0);
   REQUIRE(before.acknowledge(kNow + 1));
@@ -244,9 +245,9 @@ TEST_CASE("a restart takes up what was remembered, and nothing impossible", "[mo
   CHECK(after.state() == S::shelved);
 
   AlarmMemory wrong = before.memory();
-  SECTION("a state that can't lie under the shelf") { wrong.raised = S::shelved; }
+  SECTION("a state that is impossible below the shelf") { wrong.raised = S::shelved; }
   SECTION("a number that is no state") { wrong.raised = static_cast<AlarmState>(200); }
-  SECTION("a moment before time began") { wrong.shelved_until_ms = -1; }
+  SECTION("a negative time") { wrong.shelved_until_ms = -1; }
   SECTION("a severity that is no number") {
     wrong.severity_percent = std::numeric_limits<double>::infinity();
   }

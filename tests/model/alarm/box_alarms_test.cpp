@@ -26,7 +26,7 @@ BoxFindings with(B kind, std::optional<bool> there) {
 
 }  // namespace
 
-TEST_CASE("an alarm of the box comes, waits for the operator, and goes after a minute without it",
+TEST_CASE("a host alarm is raised, waits for the operator, and clears after a healthy minute",
           "[monitor][box]") {
   BoxAlarms alarms{AlarmSettings{}};
   CHECK_FALSE(alarms.found(all(false), 0, 1000));
@@ -42,7 +42,7 @@ TEST_CASE("an alarm of the box comes, waits for the operator, and goes after a m
   CHECK(alarms.alarm(B::disk_full).state() == S::normal);
 }
 
-TEST_CASE("a service that starts again by itself is no alarm; what can't be asked changes nothing",
+TEST_CASE("a service that restarts by itself is no alarm; an unanswered query keeps the state",
           "[monitor][box]") {
   BoxAlarms alarms{AlarmSettings{}};
   alarms.found(with(B::service_failed, true), 0, 1);
@@ -55,7 +55,7 @@ TEST_CASE("a service that starts again by itself is no alarm; what can't be aske
   CHECK(alarms.alarm(B::service_failed).state() == S::unacknowledged);
 }
 
-TEST_CASE("alarms of the box are shelved for a time, and remembered", "[monitor][box]") {
+TEST_CASE("host alarms are shelved for a time, and remembered", "[monitor][box]") {
   BoxAlarms before{AlarmSettings{}};
   before.found(with(B::certificate_expires, true), 0, 1000);
   REQUIRE(before.act(B::certificate_expires, AlarmAction::shelve, 2000, 62'000));

@@ -22,7 +22,7 @@ WindowMeasures errors(double variability, double mean = 0.0, double set_point_ra
   return m;
 }
 
-// Windows with this error, the valve sticking; the last step that changed something.
+// Adds windows with this error of a sticking valve; returns the last step that changed something.
 CorrectiveStep windows(CorrectiveAction& action, int count, const WindowMeasures& m,
                        bool came = false) {
   CorrectiveStep last;
@@ -46,19 +46,19 @@ constexpr int kDecision = static_cast<int>(kSettling + kTrial);
 
 }  // namespace
 
-TEST_CASE("corrective action is off unless it is asked for", "[monitor][corrective]") {
+TEST_CASE("corrective action is off by default", "[monitor][corrective]") {
   CorrectiveAction action;
   CHECK_FALSE(windows(action, 20, errors(10.0), true).changed());
   CHECK_FALSE(action.veto(Veto::back).changed());
   CHECK(action.state() == State::off);
 }
 
-TEST_CASE("the jacket is switched on for an alarm that comes, from a steady baseline",
+TEST_CASE("the jacket is switched on for a newly raised alarm, from a steady baseline",
           "[monitor][corrective]") {
   CorrectiveAction action({.enabled = true});
-  // Sticking since before: no reason to act.
+  // Sticking since earlier: no reason to act.
   CHECK_FALSE(windows(action, 10, errors(10.0)).changed());
-  // Set points that move are no baseline.
+  // Moving set points give no baseline.
   CorrectiveAction moving({.enabled = true});
   CHECK_FALSE(windows(moving, 10, errors(10.0, 0.0, 5.0), true).changed());
   CHECK_FALSE(windows(moving, kWait - 1, errors(3.0, 4.0)).changed());
@@ -68,7 +68,7 @@ TEST_CASE("the jacket is switched on for an alarm that comes, from a steady base
   CHECK(step.mean_before == Approx(4.0));
 }
 
-TEST_CASE("what the error does after the settling decides", "[monitor][corrective]") {
+TEST_CASE("the error after the settling decides", "[monitor][corrective]") {
   CorrectiveAction action = trying(10.0, 0.2);
   CHECK_FALSE(windows(action, kSettling, errors(50.0)).changed());
   CHECK_FALSE(windows(action, kTrial - 1, errors(9.0)).changed());
@@ -77,7 +77,7 @@ TEST_CASE("what the error does after the settling decides", "[monitor][correctiv
     CHECK(step.to == State::helping);
     CHECK(step.order == Order::none);
     CHECK(step.rms_after == Approx(9.0));
-    SECTION("and goes on falling") {
+    SECTION("and continues to fall") {
       CHECK_FALSE(windows(action, 3 * kTrial, errors(9.0)).changed());
       CHECK(action.acting());
     }
@@ -90,7 +90,7 @@ TEST_CASE("what the error does after the settling decides", "[monitor][correctiv
     const CorrectiveStep step = windows(action, 1, errors(9.0 + 0.6 * static_cast<double>(kTrial)));
     CHECK(step.order == Order::back);
     CHECK(step.to == State::given_up);
-    // Not again for this alarm, whatever comes.
+    // Not again for this alarm, under any condition.
     CHECK_FALSE(windows(action, 20, errors(20.0)).changed());
     // The valve is repaired, and sticks once more.
     CHECK(action.window(errors(1.0), false, false).to == State::waiting);
@@ -98,7 +98,7 @@ TEST_CASE("what the error does after the settling decides", "[monitor][correctiv
   }
 }
 
-TEST_CASE("a mean error that grows beyond what is allowed ends it", "[monitor][corrective]") {
+TEST_CASE("a mean error that grows beyond the limit ends it", "[monitor][corrective]") {
   for (const double before : {0.0, 3.0}) {
     for (const double after : {0.9, 1.1, 2.9, 3.1}) {
       CorrectiveAction action = trying(10.0, before);
@@ -109,7 +109,7 @@ TEST_CASE("a mean error that grows beyond what is allowed ends it", "[monitor][c
   }
 }
 
-TEST_CASE("repair, manual, bad PV and the operator each bring the jacket back",
+TEST_CASE("repair, manual, bad PV and the operator each withdraw the jacket",
           "[monitor][corrective]") {
   CorrectiveAction action = trying();
   SECTION("repaired") {
@@ -123,7 +123,7 @@ TEST_CASE("repair, manual, bad PV and the operator each bring the jacket back",
     CHECK_FALSE(windows(action, kWait - 1, errors(10.0)).changed());
     CHECK(windows(action, 1, errors(10.0)).order == Order::on);
   }
-  SECTION("a window that is not fit is only another beginning") {
+  SECTION("an unusable window is only another beginning") {
     windows(action, kDecision - 1, errors(5.0));
     CHECK_FALSE(action.interrupted(true).changed());
     CHECK_FALSE(windows(action, kDecision - 1, errors(5.0)).changed());
@@ -137,7 +137,7 @@ TEST_CASE("repair, manual, bad PV and the operator each bring the jacket back",
     CHECK(action.veto(Veto::none).to == State::waiting);
     CHECK(windows(action, kWait, errors(10.0)).order == Order::on);
   }
-  SECTION("set by hand: it stays as the operator wants it") {
+  SECTION("set manually: it stays as the operator wants it") {
     const CorrectiveStep step = action.veto(Veto::hands_off);
     CHECK(step.order == Order::none);
     CHECK(step.to == State::vetoed);
@@ -145,7 +145,7 @@ TEST_CASE("repair, manual, bad PV and the operator each bring the jacket back",
       CHECK(action.veto(Veto::back).order == Order::back);
       CHECK(action.state() == State::vetoed);
     }
-    SECTION("nothing acts without supervision when the veto is lifted") {
+    SECTION("the jacket doesn't act without supervision when the veto is lifted") {
       CHECK(action.veto(Veto::none).order == Order::back);
       CHECK(action.state() == State::waiting);
       CHECK(windows(action, kWait, errors(10.0)).order == Order::on);
@@ -160,7 +160,7 @@ TEST_CASE("repair, manual, bad PV and the operator each bring the jacket back",
     CHECK(ended.to == State::waiting);
     CHECK(std::string(ended.why).find("operator") == std::string::npos);
     CHECK(windows(action, kWait, errors(10.0)).order == Order::on);
-    SECTION("the end of sticking, a bad PV and a veto bring it back afterwards as well") {
+    SECTION("the end of sticking, a bad PV and a veto withdraw it afterwards as well") {
       CorrectiveAction repaired = action, bad = action, vetoed = action;
       CHECK(repaired.window(errors(5.0), false, false).order == Order::back);
       CHECK(bad.interrupted(false).order == Order::back);
@@ -175,18 +175,18 @@ TEST_CASE("repair, manual, bad PV and the operator each bring the jacket back",
   }
 }
 
-TEST_CASE("an order that the loop refuses ends it for this alarm", "[monitor][corrective]") {
+TEST_CASE("a command that the loop refuses ends it for this alarm", "[monitor][corrective]") {
   CorrectiveAction action = trying();
   const CorrectiveStep step = action.refused();
   CHECK(step.to == State::given_up);
-  CHECK(step.order == Order::none);  // it is not on: nothing to take back
+  CHECK(step.order == Order::none);  // it is not on and needs no withdrawal
   CHECK_FALSE(windows(action, 3 * kDecision, errors(10.0)).changed());
-  // Whoever orders nothing can't be refused.
+  // An action without a request can't be refused.
   CHECK_FALSE(action.refused().changed());
   CHECK(action.window(errors(10.0), false, false).to == State::waiting);
 }
 
-TEST_CASE("a reload begins it anew where it acts, and nowhere else", "[monitor][corrective]") {
+TEST_CASE("a reload restarts it if it acts, and only then", "[monitor][corrective]") {
   CorrectiveAction action = trying();
   SECTION("trying") {}
   SECTION("helping") {
@@ -195,7 +195,7 @@ TEST_CASE("a reload begins it anew where it acts, and nowhere else", "[monitor][
   }
   const CorrectiveStep step = action.reloaded();
   CHECK(step.to == State::waiting);
-  CHECK(step.order == Order::back);  // an order to act may still be underway
+  CHECK(step.order == Order::back);  // a command to act may still be underway
   CHECK_FALSE(windows(action, kWait - 1, errors(10.0)).changed());
   CHECK(windows(action, 1, errors(10.0)).order == Order::on);
   windows(action, kDecision, errors(10.0));
@@ -222,7 +222,7 @@ MovesState ended(GivenBack reason, bool shadow = false, bool for_good = true) {
   return {.phase = MovePhase::given_back, .reason = reason, .for_good = for_good, .shadow = shadow};
 }
 
-// In shadow, with a baseline of this RMS.
+// In shadow, after a baseline with this RMS.
 CorrectiveAction shadowing(double rms = 10.0, bool may_act = true) {
   CorrectiveAction action(planned());
   action.explained(may_act);
@@ -262,14 +262,14 @@ TEST_CASE("planned moves wait for the explanation, and for ten minutes in shadow
   SECTION("it gains nothing") {
     CHECK(action.moves(in_shadow(0.96), 1.0).to == State::given_up);
     CHECK_FALSE(windows(action, 20, errors(10.0)).changed());
-    action.explained(true);  // of the same alarm
+    action.explained(true);  // for the same alarm
     CHECK_FALSE(windows(action, 20, errors(10.0)).changed());
   }
-  SECTION("what it gains is not known yet") {
+  SECTION("its gain is not known yet") {
     CHECK_FALSE(action.moves(in_shadow(0.0), 100.0).changed());
     CHECK(action.moves(in_shadow(0.3), 100.0).order == Order::on);
   }
-  SECTION("given back in shadow") {
+  SECTION("disengaged in shadow") {
     CHECK_FALSE(action.moves(ended(GivenBack::stem_stands, true, false), 1.0).changed());
     const CorrectiveStep step = action.moves(ended(GivenBack::no_gain, true), 1.0);
     CHECK(step.to == State::given_up);
@@ -283,13 +283,13 @@ TEST_CASE("planned moves wait for the explanation, and for ten minutes in shadow
   }
 }
 
-TEST_CASE("planned moves that know the valve too roughly stay in shadow", "[monitor][corrective]") {
+TEST_CASE("planned moves with a roughly known valve stay in shadow", "[monitor][corrective]") {
   CorrectiveAction action = shadowing(10.0, false);
   CHECK_FALSE(action.moves(in_shadow(0.2), 10.0 * kShadow_s).changed());
   CHECK(action.state() == State::in_shadow);
 }
 
-TEST_CASE("planned moves in shadow begin anew with what explains the alarm anew",
+TEST_CASE("planned moves in shadow restart with a new explanation of the alarm",
           "[monitor][corrective]") {
   CorrectiveAction action = shadowing(10.0, false);
   CHECK_FALSE(action.moves(in_shadow(0.2), kShadow_s).changed());
@@ -309,7 +309,7 @@ TEST_CASE("planned moves in shadow begin anew with what explains the alarm anew"
   }
 }
 
-TEST_CASE("planned moves are taken back where the newest explanation is another one",
+TEST_CASE("planned moves are withdrawn if the newest explanation is another one",
           "[monitor][corrective]") {
   SECTION("offered") {
     CorrectiveAction action(planned(true));
@@ -326,14 +326,14 @@ TEST_CASE("planned moves are taken back where the newest explanation is another 
     CHECK(action.explained_otherwise().order == Order::back);
     CHECK_FALSE(windows(action, 20, errors(10.0)).changed());
   }
-  SECTION("acting: they are watched by themselves") {
+  SECTION("acting: their own checks watch them") {
     CorrectiveAction action = calming();
     CHECK_FALSE(action.explained_otherwise().changed());
     CHECK(action.calms());
   }
 }
 
-TEST_CASE("planned moves that are only offered begin by a person's order",
+TEST_CASE("planned moves that are only offered begin at a person's command",
           "[monitor][corrective]") {
   CorrectiveAction action(planned(true));
   CHECK_FALSE(action.ordered().changed());
@@ -345,11 +345,11 @@ TEST_CASE("planned moves that are only offered begin by a person's order",
   SECTION("ordered") {
     CHECK(action.ordered().order == Order::shadow);
     CHECK_FALSE(action.ordered().changed());
-    // Begun anew after manual without another order: it was for this alarm.
+    // Restarted after manual without another request: it was for this alarm.
     CHECK(action.interrupted(false).order == Order::back);
     CHECK(windows(action, 1, errors(10.0)).order == Order::shadow);
   }
-  SECTION("an order is for one act: after a veto it is only offered again") {
+  SECTION("a command is for one act: after a veto they are only offered again") {
     REQUIRE(action.ordered().order == Order::shadow);
     CHECK(action.veto(Veto::hands_off).to == State::vetoed);
     CHECK(action.veto(Veto::none).to == State::waiting);
@@ -357,17 +357,17 @@ TEST_CASE("planned moves that are only offered begin by a person's order",
     CHECK(action.state() == State::offered);
     CHECK(again.order == Order::none);
   }
-  SECTION("the alarm went") {
+  SECTION("the alarm cleared") {
     CHECK(action.window(errors(1.0), false, false).to == State::waiting);
     CHECK_FALSE(action.ordered().changed());
     CHECK_FALSE(windows(action, 20, errors(10.0)).changed());
   }
 }
 
-TEST_CASE("planned moves are judged by RMS before and after, and by themselves",
+TEST_CASE("planned moves are judged by RMS before and after, and by their own checks",
           "[monitor][corrective]") {
   CorrectiveAction action = calming(10.0);
-  SECTION("RMS fell; what stays of the error is within it") {
+  SECTION("RMS fell; the remaining error is within it") {
     const CorrectiveStep step = windows(action, kDecision, errors(1.0, 4.0));
     CHECK(step.to == State::helping);
     CHECK(step.rms_after == Approx(std::hypot(1.0, 4.0)));
@@ -385,10 +385,10 @@ TEST_CASE("planned moves are judged by RMS before and after, and by themselves",
     action.explained(true);
     CHECK(windows(action, 1, errors(10.0)).order == Order::shadow);
   }
-  SECTION("given back") {
+  SECTION("disengaged") {
     CHECK(action.moves(ended(GivenBack::no_gain), 1.0).to == State::given_up);
   }
-  SECTION("disengaged: by a time in shadow once more, and the third time given up") {
+  SECTION("disengaged: in shadow once more for a time, and given up the third time") {
     for (int time = 1; time <= kMostDisengaged; ++time) {
       const CorrectiveStep step = action.moves(ended(GivenBack::contradiction, false, false), 1.0);
       CHECK(step.order == Order::back);
@@ -400,7 +400,7 @@ TEST_CASE("planned moves are judged by RMS before and after, and by themselves",
       REQUIRE(action.moves(in_shadow(0.4), kShadow_s).to == State::trying);
     }
   }
-  SECTION("what the shadow did before is of no account") {
+  SECTION("the earlier result of the shadow is ignored") {
     CHECK_FALSE(action.moves(ended(GivenBack::no_gain, true), 1.0).changed());
   }
   SECTION("vetoed, and the veto lifted: the valve is still known") {

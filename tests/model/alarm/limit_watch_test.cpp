@@ -60,8 +60,7 @@ TEST_CASE("PV is beyond a limit, and within it once it is the dead band inside",
   CHECK_FALSE(at(K::pv_low_low, kNone, true));
 }
 
-TEST_CASE("noise that is smaller than the dead band makes no alarm come twice",
-          "[monitor][limit]") {
+TEST_CASE("noise that is smaller than the dead band raises no alarm twice", "[monitor][limit]") {
   property::for_all("dead band", 100, [] {
     LimitSettings all;
     const double band = property::number(0.01, 10.0);
@@ -80,7 +79,7 @@ TEST_CASE("noise that is smaller than the dead band makes no alarm come twice",
   });
 }
 
-TEST_CASE("a deviation rests in manual, while SP moves, and for a while after both",
+TEST_CASE("a deviation is off in manual, while SP moves, and for a while after both",
           "[monitor][limit]") {
   Loop loop;
   CHECK(loop.watch.rests());
@@ -110,13 +109,13 @@ TEST_CASE("a deviation rests in manual, while SP moves, and for a while after bo
     for (int i = 0; i < 100; ++i) loop.run(0.1, i % 2 == 0 ? 50.05 : 49.95, 40.0);
     CHECK_FALSE(loop.watch.rests());
   }
-  SECTION("a set point that is not known tells nothing") {
+  SECTION("an unknown set point raises no deviation") {
     loop.run(1.0, kNone, 40.0);
     CHECK_FALSE(loop.watch.beyond(K::deviation, false));
   }
 }
 
-TEST_CASE("the rate of change is the slope of a ramp, and begins anew after a bad PV",
+TEST_CASE("the rate of change is the slope of a ramp, and restarts after a bad PV",
           "[monitor][limit]") {
   Loop loop;
   const auto ramp = [&](double slope, double seconds) {

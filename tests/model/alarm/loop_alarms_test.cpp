@@ -38,14 +38,14 @@ LoopAlarms healthy() {
 
 }  // namespace
 
-TEST_CASE("low air explains the rest: one root alarm", "[monitor][alarm]") {
+TEST_CASE("low air explains the others: one root alarm", "[monitor][alarm]") {
   LoopAlarms alarms = healthy();
   alarms.window_judged(1, with({{K::stiction, 5.0}}));
   REQUIRE(alarms.act(K::stiction, AlarmAction::acknowledge, 2).accepted);
 
   const AlarmTransitions root =
       alarms.window_judged(3, with({{K::stiction, 6.0}, {K::low_air_supply, 20.0}}));
-  REQUIRE(root.view().size() == 6);  // the root, the raised one, four that are off
+  REQUIRE(root.view().size() == 6);  // the root alarm, the raised alarm, and four that are off
   CHECK(alarms.alarm(K::low_air_supply).state() == S::unacknowledged);
   for (const K kind : {K::stiction, K::backlash, K::hysteresis, K::unknown}) {
     CHECK(alarms.alarm(kind).state() == S::suppressed);
@@ -53,7 +53,7 @@ TEST_CASE("low air explains the rest: one root alarm", "[monitor][alarm]") {
   }
   CHECK(alarms.any_suppressed());
 
-  SECTION("what comes meanwhile is its consequence, not an alarm") {
+  SECTION("a condition found meanwhile is its consequence, not an alarm") {
     const auto more =
         alarms.window_judged(4, with({{K::backlash, 9.0}, {K::low_air_supply, 20.0}}));
     CHECK(more.empty());
@@ -63,7 +63,7 @@ TEST_CASE("low air explains the rest: one root alarm", "[monitor][alarm]") {
     REQUIRE(alarms.act(K::low_air_supply, AlarmAction::shelve, 4, 1000).accepted);
     CHECK(alarms.alarm(K::stiction).state() == S::suppressed);
   }
-  SECTION("when the air is back, the others show what their own condition says") {
+  SECTION("when the air is back, the others follow their own condition") {
     alarms.window_judged(5, with({{K::stiction, 6.0}}));
     CHECK(alarms.alarm(K::low_air_supply).state() == S::returned_unacknowledged);
     CHECK(alarms.alarm(K::stiction).state() == S::acknowledged);
@@ -71,15 +71,16 @@ TEST_CASE("low air explains the rest: one root alarm", "[monitor][alarm]") {
   }
 }
 
-TEST_CASE("a window that can't be judged suppresses what is off and keeps what is on",
-          "[monitor][alarm]") {
+TEST_CASE(
+    "a window that can't be judged suppresses alarms that are off and keeps those that are on",
+    "[monitor][alarm]") {
   LoopAlarms alarms = healthy();
   alarms.window_judged(1, with({{K::hysteresis, 5.0}}));
   const AlarmTransitions changed = alarms.window_not_valid();
   CHECK(changed.view().size() == 5);
   CHECK(alarms.alarm(K::hysteresis).state() == S::unacknowledged);
   CHECK(alarms.alarm(K::stiction).state() == S::suppressed);
-  CHECK(alarms.window_not_valid().empty());  // said once
+  CHECK(alarms.window_not_valid().empty());  // reported once
   const AlarmTransitions back = alarms.window_judged(2, with({{K::hysteresis, 5.0}}));
   CHECK(back.view().size() == 5);
   for (const AlarmTransition& t : back.view()) {
@@ -110,7 +111,8 @@ TEST_CASE("transitions name the alarm, both states and the severity", "[monitor]
   CHECK(back.view()[0].to == S::unacknowledged);
 }
 
-TEST_CASE("after a restart the root explains again before the first window", "[monitor][alarm]") {
+TEST_CASE("after a restart the root alarm explains the others again before the first window",
+          "[monitor][alarm]") {
   LoopAlarms before = healthy();
   before.window_judged(1, with({{K::low_air_supply, 20.0}, {K::stiction, 3.0}}));
   LoopAlarms after{AlarmSettings{}};
@@ -120,17 +122,17 @@ TEST_CASE("after a restart the root explains again before the first window", "[m
 }
 
 TEST_CASE(
-    "a process alarm is acknowledged, shelved and remembered as others; windows and low air "
-    "leave it alone",
+    "a process alarm is acknowledged, shelved and remembered like others, but ignores windows and "
+    "low air",
     "[monitor][alarm]") {
   LoopAlarms alarms{AlarmSettings{}};
-  CHECK(alarms.alarm(K::bad_pv).state() == S::normal);  // it needs no window to come
+  CHECK(alarms.alarm(K::bad_pv).state() == S::normal);  // it can be raised without a window
   const AlarmTransitions came = alarms.process_changed(5, one(K::bad_pv, true));
   REQUIRE(came.view().size() == 2);
   CHECK(came.view()[0].kind == K::bad_pv);
   CHECK(came.view()[0].to == S::unacknowledged);
   CHECK(came.view()[0].reason == AlarmReason::process);
-  CHECK(came.view()[1].kind == K::not_normal_mode);  // it could follow from it
+  CHECK(came.view()[1].kind == K::not_normal_mode);  // a possible consequence
   CHECK(came.view()[1].to == S::suppressed);
   CHECK(alarms.alarm(K::bad_pv).memory().raised_ms == 5);
 
@@ -152,19 +154,19 @@ TEST_CASE(
   CHECK(after.alarm(K::bad_pv).state() == S::normal);
 }
 
-TEST_CASE("what follows from another alarm is suppressed while that one is on, and comes after it",
+TEST_CASE("a consequence is suppressed while its cause is on, and is raised after it",
           "[monitor][alarm]") {
   LoopAlarms alarms{AlarmSettings{}};
   alarms.fit(K::deviation);
   alarms.process_changed(1, one(K::deviation, true));
   const AlarmTransitions lost = alarms.process_changed(2, one(K::output_lost, true));
-  CHECK(lost.view().size() == 4);  // itself, the deviation, and two that could come of it
+  CHECK(lost.view().size() == 4);  // itself, the deviation, and two possible consequences
   CHECK(alarms.alarm(K::deviation).state() == S::suppressed);
   CHECK(alarms.cause_of(K::deviation) == K::output_lost);
   CHECK_FALSE(alarms.cause_of(K::bad_pv));
   alarms.process_changed(3, one(K::not_normal_mode, true));
   CHECK(alarms.alarm(K::not_normal_mode).state() == S::suppressed);
-  // A shelf hides the cause, not what follows from it.
+  // A shelf hides the cause, but not its consequences.
   REQUIRE(alarms.act(K::output_lost, AlarmAction::shelve, 4, 1000).accepted);
   CHECK(alarms.alarm(K::not_normal_mode).state() == S::suppressed);
   alarms.process_changed(5, one(K::output_lost, false));
@@ -172,7 +174,7 @@ TEST_CASE("what follows from another alarm is suppressed while that one is on, a
   CHECK(alarms.alarm(K::deviation).state() == S::unacknowledged);
 }
 
-TEST_CASE("a limit stands for itself as soon as PV is good, though bad_pv stays on",
+TEST_CASE("a limit is raised as its own alarm as soon as PV is good, though bad_pv stays on",
           "[monitor][alarm]") {
   LoopAlarms alarms{AlarmSettings{}};
   alarms.fit(K::pv_high_high);
@@ -188,7 +190,7 @@ TEST_CASE("a limit stands for itself as soon as PV is good, though bad_pv stays 
   CHECK(alarms.alarm(K::not_normal_mode).state() == S::suppressed);
 }
 
-TEST_CASE("what came and went with its cause alone is told by the cause alone",
+TEST_CASE("a consequence that began and ended with its cause is reported by the cause only",
           "[monitor][alarm]") {
   LoopAlarms alarms{AlarmSettings{}};
   alarms.process_changed(
@@ -199,7 +201,7 @@ TEST_CASE("what came and went with its cause alone is told by the cause alone",
   CHECK(alarms.alarm(K::not_normal_mode).state() == S::normal);
 }
 
-TEST_CASE("what follows from what ends where nothing follows from itself", "[monitor][alarm]") {
+TEST_CASE("the graph of consequences ends, and no alarm follows from itself", "[monitor][alarm]") {
   for (const K effect : kAlarmKinds) {
     CHECK_FALSE(follows(effect, effect));
     for (const K cause : kAlarmKinds) {
@@ -207,7 +209,7 @@ TEST_CASE("what follows from what ends where nothing follows from itself", "[mon
       if (!follows(effect, cause)) continue;
       CHECK_FALSE(follows(cause, effect));
       CHECK(is_process_alarm(effect) == is_process_alarm(cause));
-      // So an alarm that stands for itself is always left of what is on.
+      // So the active alarms always include one without an active cause.
       for (const K root : kAlarmKinds) {
         if (follows(cause, root)) CHECK_FALSE(follows(root, effect));
       }
@@ -215,22 +217,23 @@ TEST_CASE("what follows from what ends where nothing follows from itself", "[mon
   }
 }
 
-TEST_CASE("of several process alarms the one that came first is marked", "[monitor][alarm]") {
+TEST_CASE("the first raised of several process alarms is marked", "[monitor][alarm]") {
   LoopAlarms alarms{AlarmSettings{}};
   alarms.process_changed(5, one(K::output_lost, true));
-  CHECK_FALSE(alarms.first_out(K::output_lost));  // it is alone
+  CHECK_FALSE(alarms.first_out(K::output_lost));  // it is the only one
   alarms.process_changed(6, one(K::bad_pv, true));
   CHECK(alarms.first_out(K::output_lost));
   CHECK_FALSE(alarms.first_out(K::bad_pv));
-  // Gone, but not seen yet, it still is the first.
+  // Cleared but not acknowledged, it still is the first.
   alarms.process_changed(7, one(K::output_lost, false));
   CHECK(alarms.first_out(K::output_lost));
   alarms.act(K::output_lost, AlarmAction::acknowledge, 8);
   CHECK_FALSE(alarms.first_out(K::output_lost));
 }
 
-TEST_CASE("first is what began first, whatever its delay, and what is older than the start",
-          "[monitor][alarm]") {
+TEST_CASE(
+    "the first alarm is the one that began first, whatever its delay; a restored alarm is older",
+    "[monitor][alarm]") {
   LoopAlarms alarms{AlarmSettings{}};
   alarms.fit(K::enable_open);
   alarms.fit(K::pv_low_low);
@@ -251,7 +254,8 @@ TEST_CASE("first is what began first, whatever its delay, and what is older than
   CHECK_FALSE(alarms.first_out(K::bad_pv));
 }
 
-TEST_CASE("a deviation that rests shows suppressed while it is off", "[monitor][alarm]") {
+TEST_CASE("a deviation that is switched off shows suppressed while it is clear",
+          "[monitor][alarm]") {
   LoopAlarms alarms{AlarmSettings{}};
   alarms.fit(K::deviation);
   alarms.process_changed(1, one(K::deviation, true));
@@ -281,7 +285,7 @@ TEST_CASE("a latching process alarm stays until it is reset", "[monitor][alarm]"
   CHECK(alarms.alarm(K::not_normal_mode).state() == S::latched_unacknowledged);
 }
 
-TEST_CASE("process alarms have names of their own, no size, and a guide", "[monitor][alarm]") {
+TEST_CASE("process alarms have separate names, no size, and a guide", "[monitor][alarm]") {
   std::vector<std::string> names;
   for (const K kind : kProcessAlarms) {
     names.emplace_back(to_text(kind));
@@ -304,7 +308,7 @@ TEST_CASE("process alarms have names of their own, no size, and a guide", "[moni
   CHECK(usual_priority(K::model_gap) == Priority::low);
 }
 
-TEST_CASE("NE 107: the gravest of what is there", "[monitor][ne107]") {
+TEST_CASE("NE 107: the gravest of the present conditions", "[monitor][ne107]") {
   constexpr double kSevere = 10.0;  // %
   LoopAlarms alarms = healthy();
   CHECK(condensed({}, alarms, kSevere) == Ne107::normal);
@@ -315,7 +319,7 @@ TEST_CASE("NE 107: the gravest of what is there", "[monitor][ne107]") {
   CHECK(condensed({.failed = true, .simulated = true, .manual = true, .pv_uncertain = true}, alarms,
                   kSevere) == Ne107::failure);
 
-  // A loop that is not in its normal mode, and is not in manual either, is no sick device.
+  // A loop that is neither in its normal mode nor in manual is no sign of a faulty device.
   alarms.process_changed(1, one(K::not_normal_mode, true));
   CHECK(condensed({}, alarms, kSevere) == Ne107::normal);
 
@@ -333,7 +337,7 @@ TEST_CASE("NE 107: the gravest of what is there", "[monitor][ne107]") {
   CHECK(gravest(Ne107::function_check, Ne107::out_of_specification) == Ne107::function_check);
 }
 
-TEST_CASE("a condition that is explained counts for the other alarm until it goes",
+TEST_CASE("a condition that is explained counts for the other alarm until it clears",
           "[monitor][alarm]") {
   LoopAlarms alarms = healthy();
   alarms.window_judged(1, with({{K::stiction, 5.0}}));
@@ -345,12 +349,12 @@ TEST_CASE("a condition that is explained counts for the other alarm until it goe
   CHECK(alarms.alarm(K::backlash).state() == S::unacknowledged);
   CHECK(alarms.alarm(K::backlash).memory().severity_percent == 4.0);
 
-  // The windows go on to say stiction: that is the backlash.
+  // The windows still name stiction, which now counts as backlash.
   CHECK(alarms.window_judged(4, with({{K::stiction, 6.0}})).empty());
   CHECK(alarms.alarm(K::backlash).memory().severity_percent == 4.0);
   alarms.window_judged(5, {});
   CHECK(alarms.alarm(K::backlash).state() == S::returned_unacknowledged);
-  // It is over; the next stiction is one.
+  // The condition has ended, so the next stiction counts as stiction.
   alarms.window_judged(6, with({{K::stiction, 6.0}}));
   CHECK(alarms.alarm(K::stiction).state() == S::unacknowledged);
 }
@@ -374,7 +378,7 @@ TEST_CASE("a condition that is explained again counts for the newest name, or fo
   CHECK(alarms.alarm(K::model_gap).active());
   alarms.judged(5, on({K::model_gap}), AlarmReason::twin);
   CHECK(alarms.alarm(K::model_gap).active());
-  // Windows show the stick as well: it stays when the twin's gap is no stick.
+  // Windows also show the stick: it stays on when the twin's gap is no stick.
   alarms.explained(6, K::model_gap, K::stiction, 4.0);
   alarms.judged(7, on({K::model_gap, K::stiction}), AlarmReason::windows);
   alarms.explained(8, K::model_gap, K::model_gap, 0.0);
@@ -382,7 +386,7 @@ TEST_CASE("a condition that is explained again counts for the newest name, or fo
   CHECK(alarms.alarm(K::model_gap).active());
 }
 
-TEST_CASE("what is not raised is not explained, and a shelved alarm is none afterwards",
+TEST_CASE("an alarm that is not raised is not explained, and a shelved alarm is off afterwards",
           "[monitor][alarm]") {
   LoopAlarms alarms = healthy();
   CHECK(alarms.explained(1, K::stiction, K::model_gap, 0.0).empty());

@@ -24,7 +24,7 @@ AlarmConditions with(std::initializer_list<K> on) {
   return conditions;
 }
 
-// A loop's alarms and its incident, as the daemon steps them.
+// A loop's alarms and its incident, with the steps of the daemon.
 struct Loop {
   LoopAlarms alarms{AlarmSettings{}};
   LoopIncident incident;
@@ -72,7 +72,7 @@ TEST_CASE("one change that raises three alarms is one incident", "[monitor][inci
     loop.shows(9 * kMinute, {K::model_gap, K::stiction, K::backlash});
     CHECK(loop.now().name == "stiction");
     CHECK(loop.now().has(K::backlash));
-    // Though the order of alarms has stiction first, the one that came first counts.
+    // Though the order of alarms has stiction first, the first raised alarm counts.
     Loop other;
     other.shows(kMinute, {K::backlash});
     other.shows(2 * kMinute, {K::backlash, K::stiction});
@@ -82,7 +82,7 @@ TEST_CASE("one change that raises three alarms is one incident", "[monitor][inci
     loop.shows(9 * kMinute, {K::stiction, K::low_air_supply});
     CHECK(loop.now().name == "low_air_supply");
   }
-  SECTION("acknowledged when all are; one that joins later waits again") {
+  SECTION("acknowledged once all alarms are; a later one waits again") {
     CHECK(unacknowledged(loop.now(), loop.alarms));
     REQUIRE(loop.alarms.act(K::stiction, AlarmAction::acknowledge, 9 * kMinute).accepted);
     CHECK(unacknowledged(loop.now(), loop.alarms));
@@ -100,14 +100,14 @@ TEST_CASE("an incident ends half an hour after its last alarm", "[monitor][incid
   CHECK(loop.shows(49 * kMinute, {}).empty());
   CHECK(loop.now().open());
 
-  SECTION("what comes until then joins, and the quiet time begins anew") {
+  SECTION("an alarm raised until then joins, and the quiet time restarts") {
     loop.shows(49 * kMinute, {K::backlash});
     CHECK(loop.now().opened_ms == kMinute);
     loop.shows(50 * kMinute, {});
     CHECK(loop.shows(79 * kMinute, {}).empty());
     CHECK(loop.shows(80 * kMinute, {}).front().kind == Change::ended);
   }
-  SECTION("what comes later is another") {
+  SECTION("a later alarm opens another incident") {
     const auto ended = loop.shows(50 * kMinute, {});
     REQUIRE(ended.size() == 1);
     CHECK(ended.front().kind == Change::ended);
@@ -117,14 +117,14 @@ TEST_CASE("an incident ends half an hour after its last alarm", "[monitor][incid
     CHECK(loop.now().opened_ms == 51 * kMinute);
     CHECK(loop.now().renamed.empty());
   }
-  SECTION("a clock that was set back lengthens it, and no more") {
+  SECTION("a clock that was set back only lengthens it") {
     CHECK(loop.shows(-500 * kMinute, {}).empty());
     CHECK(loop.shows(-471 * kMinute, {}).empty());
     CHECK(loop.shows(60 * kMinute, {}).front().kind == Change::ended);
   }
 }
 
-TEST_CASE("an incident that a clock ahead opened ends when the clock is right",
+TEST_CASE("an incident that was opened by a fast clock ends when the clock is right",
           "[monitor][incident]") {
   constexpr std::int64_t kDay = 24 * 60 * kMinute;
   constexpr std::int64_t kAhead = 400 * kDay;
@@ -138,7 +138,7 @@ TEST_CASE("an incident that a clock ahead opened ends when the clock is right",
     REQUIRE(loop.shows(kRight + 40 * kMinute, {}).size() == 1);
     CHECK_FALSE(loop.now().open());
 
-    // A new one opens then, has the right time, and takes its explanation.
+    // A new incident opens then, has the right time, and accepts its explanation.
     const std::int64_t later = kRight + 365 * kDay;
     REQUIRE(loop.shows(later, {K::model_gap}).front().kind == Change::opened);
     CHECK(loop.now().opened_ms == later);
@@ -147,7 +147,7 @@ TEST_CASE("an incident that a clock ahead opened ends when the clock is right",
     CHECK(loop.incident.explained(later + kMinute, new_one).size() == 1);
     CHECK(loop.now().name == "gain_change");
   }
-  SECTION("its id stays, and what joins it is explained with it") {
+  SECTION("its id is kept, and joining alarms are explained with it") {
     loop.shows(kRight, {K::stiction});
     loop.shows(kRight + 5 * kMinute, {K::stiction, K::model_gap});
     CHECK(loop.now().opened_ms == kAhead);
@@ -156,7 +156,7 @@ TEST_CASE("an incident that a clock ahead opened ends when the clock is right",
     loop.incident.explained(kRight + 9 * kMinute, joined);
     CHECK(loop.now().name == "gain_change");
   }
-  SECTION("an alarm from before that is explained late does not name the next incident") {
+  SECTION("a late explanation of an earlier alarm does not name the next incident") {
     loop.shows(kRight, {});
     loop.shows(kRight + 40 * kMinute, {});
     loop.shows(kRight + 50 * kMinute, {K::stiction});
@@ -182,7 +182,7 @@ TEST_CASE("a short alarm leaves its incident open for forty minutes", "[monitor]
   CHECK(loop.shows(41 * kMinute, {}).front().kind == Change::ended);
 }
 
-TEST_CASE("the explanation names an incident where it is sure", "[monitor][incident]") {
+TEST_CASE("the explanation names an incident if it is sure", "[monitor][incident]") {
   Loop loop;
   loop.shows(kMinute, {K::model_gap});
   loop.shows(2 * kMinute, {K::model_gap, K::stiction});
@@ -196,30 +196,30 @@ TEST_CASE("the explanation names an incident where it is sure", "[monitor][incid
     CHECK(loop.now().cause == Block::process);
     CHECK(loop.now().confidence == 0.93);
     CHECK(loop.now().from_ms == kMinute / 2);
-    // An alarm that joins later does not know better.
+    // An alarm that joins later does not change the name.
     loop.shows(6 * kMinute, {K::model_gap, K::stiction, K::backlash});
     CHECK(loop.now().name == "gain_change");
 
-    SECTION("the newest explanation stands") {
+    SECTION("the newest explanation applies") {
       loop.incident.explained(20 * kMinute, says("stiction", Block::valve, 0.95));
       CHECK(loop.now().name == "stiction");
       REQUIRE(loop.now().renamed.size() == 3);
       CHECK(loop.now().renamed.back().from == "gain_change");
       CHECK(loop.now().renamed.back().at_ms == 20 * kMinute);
     }
-    SECTION("also where it is not sure any more: then the alarms say it") {
+    SECTION("also if it is not sure any more: then the alarms give the name") {
       loop.incident.explained(20 * kMinute, says("gain_change", Block::process, 0.5));
       CHECK(loop.now().name == "stiction");
       CHECK(loop.now().cause == Block::valve);
       CHECK_FALSE(loop.now().explained());
     }
   }
-  SECTION("where it is not sure, or has no name, the alarm's stays") {
+  SECTION("if it is not sure, or has no name, the alarm's name stays") {
     CHECK(loop.incident.explained(5 * kMinute, says("gain_change", Block::process, 0.89)).empty());
     CHECK(loop.incident.explained(5 * kMinute, says("", Block::process, 0.9)).empty());
     CHECK(loop.now().name == "stiction");
   }
-  SECTION("of an alarm of before, or of another, it says nothing") {
+  SECTION("it doesn't apply to an earlier alarm or another one") {
     IncidentExplanation old = says("gain_change", Block::process, 0.9);
     old.raised_ms = 0;
     CHECK(loop.incident.explained(5 * kMinute, old).empty());
@@ -230,7 +230,7 @@ TEST_CASE("the explanation names an incident where it is sure", "[monitor][incid
   }
 }
 
-TEST_CASE("an incident goes on after a restart", "[monitor][incident]") {
+TEST_CASE("an incident continues after a restart", "[monitor][incident]") {
   Loop before;
   before.shows(kMinute, {K::stiction});
   Loop after;

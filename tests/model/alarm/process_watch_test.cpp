@@ -40,7 +40,7 @@ ProcessCycle with_bad_pv() {
   return cycle;
 }
 
-// A loop that has run well for a minute.
+// A loop that has been healthy for a minute.
 struct Loop {
   explicit Loop(NormalMode normal = NormalMode::automatic, bool run_first = true)
       : Loop(ProcessSettings{.normal_mode = normal, .limits = {}}, run_first) {}
@@ -75,7 +75,7 @@ Changes went(AlarmKind kind) { return {{kind, false}}; }
 
 }  // namespace
 
-TEST_CASE("a process alarm comes after 10 s without a break, and goes after a minute",
+TEST_CASE("a process alarm is raised after 10 s without a break, and clears after a minute",
           "[monitor]") {
   Loop loop;
   const std::uint64_t first = loop.next;
@@ -92,7 +92,7 @@ TEST_CASE("a process alarm comes after 10 s without a break, and goes after a mi
   CHECK(loop.take() == went(AlarmKind::bad_pv));
 }
 
-TEST_CASE("a frozen PV raises bad_pv, whether the loop goes on or not", "[monitor]") {
+TEST_CASE("a frozen PV raises bad_pv, whether the loop continues or not", "[monitor]") {
   ProcessCycle frozen = healthy();
   frozen.pv_good = false;
   frozen.pv_frozen = true;
@@ -108,7 +108,8 @@ TEST_CASE("a frozen PV raises bad_pv, whether the loop goes on or not", "[monito
   CHECK(std::find(gone.begin(), gone.end(), ProcessChange{AlarmKind::bad_pv, false}) != gone.end());
 }
 
-TEST_CASE("what comes and goes within 10 s raises nothing, and ends nothing", "[monitor]") {
+TEST_CASE("a condition or a pause of at most 10 s neither raises nor clears an alarm",
+          "[monitor]") {
   Loop loop;
   for (int i = 0; i < 4; ++i) {
     loop.run(with_bad_pv(), kDelay);
@@ -144,12 +145,11 @@ TEST_CASE("the delay is in the loop's time, whatever its period and whatever cyc
   }
 }
 
-TEST_CASE(
-    "PV is bad in every mode and while the loop starts; an uncertain one where it is the fault",
-    "[monitor]") {
+TEST_CASE("PV is bad in every mode and while the loop starts; an uncertain one if it is the fault",
+          "[monitor]") {
   Loop loop(NormalMode::any, false);
   ProcessCycle cycle = with_bad_pv();
-  SECTION("in manual, where it is no fault") { cycle.mode = cycle.requested_mode = Mode::manual; }
+  SECTION("in manual, without a fault") { cycle.mode = cycle.requested_mode = Mode::manual; }
   SECTION("while the loop starts") {
     cycle.fault = Fault::starting;
     cycle.mode = Mode::fallback;
@@ -167,8 +167,10 @@ TEST_CASE(
   CHECK(loop.take() == went(AlarmKind::bad_pv));
 }
 
-TEST_CASE("an output is lost that was there, or that keeps a loop with its PV from starting",
-          "[monitor]") {
+TEST_CASE(
+    "an output is lost after it was there, or if its absence keeps a loop with its PV from "
+    "starting",
+    "[monitor]") {
   ProcessCycle lost = healthy();
   lost.output_arrives = false;
   SECTION("after commands have arrived") {
@@ -178,13 +180,13 @@ TEST_CASE("an output is lost that was there, or that keeps a loop with its PV fr
     loop.run(healthy(), kMinute + 1);
     CHECK(loop.take() == went(AlarmKind::output_lost));
   }
-  SECTION("a loop that has written nothing yet has lost nothing") {
+  SECTION("a loop that has not written yet has lost no output") {
     Loop loop(NormalMode::any, false);
     lost.mode = lost.requested_mode = Mode::manual;
     loop.run(lost, 10 * kDelay);
     CHECK(loop.take().empty());
   }
-  SECTION("a loop that waits for its PV can't tell") {
+  SECTION("a loop that waits for its PV has no information about the output") {
     Loop loop(NormalMode::any, false);
     lost.fault = Fault::starting;
     lost.pv_good = false;
@@ -207,8 +209,7 @@ TEST_CASE("an output is lost that was there, or that keeps a loop with its PV fr
   }
 }
 
-TEST_CASE("an output that is not known is told until it is known; a graver fault hides it",
-          "[monitor]") {
+TEST_CASE("an unknown output is reported until it is known; a graver fault hides it", "[monitor]") {
   Loop loop(NormalMode::any);
   ProcessCycle cycle = healthy();
   cycle.fault = Fault::output_unknown;
@@ -221,7 +222,7 @@ TEST_CASE("an output that is not known is told until it is known; a graver fault
   CHECK(loop.take() == went(AlarmKind::output_unknown));
 }
 
-TEST_CASE("a cycle that can't tell starts the delay anew", "[monitor]") {
+TEST_CASE("a cycle without information restarts the delay", "[monitor]") {
   Loop loop(NormalMode::any);
   ProcessCycle cycle = healthy();
   cycle.fault = Fault::output_unknown;
@@ -297,7 +298,8 @@ TEST_CASE("a loop in manual is out of its mode once it was in automatic, or afte
   }
 }
 
-TEST_CASE("several conditions of one cycle are told together, each as its own alarm", "[monitor]") {
+TEST_CASE("several conditions of one cycle are reported together, each as a separate alarm",
+          "[monitor]") {
   Loop loop;
   ProcessCycle dead = with_bad_pv();
   dead.output_arrives = false;
@@ -309,7 +311,7 @@ TEST_CASE("several conditions of one cycle are told together, each as its own al
                                {AlarmKind::not_normal_mode, true}});
 }
 
-TEST_CASE("what follows from an alarm does not outlast it", "[monitor]") {
+TEST_CASE("a consequence does not outlast its alarm", "[monitor]") {
   Loop loop;
   ProcessCycle lost = healthy();
   lost.output_arrives = false;
@@ -317,7 +319,7 @@ TEST_CASE("what follows from an alarm does not outlast it", "[monitor]") {
   lost.mode = Mode::fallback;
   loop.run(lost, kDelay + 1);
   CHECK(loop.take() == Changes{{AlarmKind::output_lost, true}, {AlarmKind::not_normal_mode, true}});
-  // The loop waits for its recovery delay before it goes on.
+  // The loop waits for its recovery delay before it resumes.
   lost.output_arrives = true;
   loop.run(lost, 10);
   loop.run(healthy(), 1);
@@ -326,11 +328,12 @@ TEST_CASE("what follows from an alarm does not outlast it", "[monitor]") {
   CHECK(loop.take() == went(AlarmKind::output_lost));
 }
 
-TEST_CASE("what was on before a restart does not come again, and goes as ever", "[monitor]") {
+TEST_CASE("an alarm that was on before a restart is not raised again, and clears as usual",
+          "[monitor]") {
   Loop loop(NormalMode::automatic, false);
   loop.watch.restore(AlarmKind::bad_pv, true);
   loop.watch.restore(AlarmKind::output_lost, true);
-  // A loop that starts without its PV can't tell of the output.
+  // A loop that starts without its PV has no information about the output.
   ProcessCycle starting = with_bad_pv();
   starting.output_arrives = false;
   starting.fault = Fault::starting;
@@ -340,7 +343,7 @@ TEST_CASE("what was on before a restart does not come again, and goes as ever", 
   CHECK(loop.take() == Changes{{AlarmKind::bad_pv, false}, {AlarmKind::output_lost, false}});
 }
 
-TEST_CASE("a limit is watched again as soon as PV is good, though bad_pv has not gone yet",
+TEST_CASE("a limit is watched again as soon as PV is good, though bad_pv has not cleared yet",
           "[monitor][limits]") {
   ProcessSettings settings{.limits = {}};
   settings.at(AlarmKind::pv_high_high) = {.fitted = true, .on_delay_s = 2.0};
@@ -354,7 +357,7 @@ TEST_CASE("a limit is watched again as soon as PV is good, though bad_pv has not
   CHECK(loop.take() == came(AlarmKind::pv_high_high));
 }
 
-TEST_CASE("what flaps a thousand times is one alarm with a count", "[monitor]") {
+TEST_CASE("a condition that flaps a thousand times is one alarm with a count", "[monitor]") {
   struct Pace {
     std::uint64_t bad = 0, good = 0;  // cycles
   };
@@ -367,7 +370,7 @@ TEST_CASE("what flaps a thousand times is one alarm with a count", "[monitor]") 
       loop.run(healthy(), pace.good);
     }
     CHECK(loop.take() == came(AlarmKind::bad_pv));
-    CHECK(loop.began == std::vector<std::uint64_t>{601});  // not when it came the fifth time
+    CHECK(loop.began == std::vector<std::uint64_t>{601});  // not when it was raised the fifth time
     CHECK(loop.watch.flaps(AlarmKind::bad_pv) == 1000);
     loop.run(healthy(), kMinute + 1);
     CHECK(loop.take() == went(AlarmKind::bad_pv));
@@ -390,7 +393,7 @@ TEST_CASE("with an off-delay of minutes each time counts while the alarm is on",
   CHECK(loop.take() == went(AlarmKind::bad_pv));
 }
 
-TEST_CASE("whatever the pace and the delays a device that flaps is one alarm", "[monitor]") {
+TEST_CASE("a device that flaps is one alarm, whatever the pace and the delays", "[monitor]") {
   property::for_all("flapping", 60, [] {
     ProcessSettings settings{.limits = {}};
     ProcessRule& rule = settings.at(AlarmKind::bad_pv);
@@ -404,13 +407,13 @@ TEST_CASE("whatever the pace and the delays a device that flaps is one alarm", "
     }
     std::size_t times = 0;
     for (const ProcessChange& change : loop.take()) times += change.on ? 1 : 0;
-    // Of an off-delay that is shorter than the pause the first time may end by itself.
+    // With an off-delay that is shorter than the pause, the first occurrence may clear by itself.
     property::require(times == 1 || (times == 2 && off_delay < kMinute), "it is not one alarm");
     property::require(loop.watch.flaps(AlarmKind::bad_pv) == 100, "not each time was counted");
   });
 }
 
-TEST_CASE("a noise about a limit is one alarm, and none where its dead band holds it",
+TEST_CASE("noise around a limit is one alarm, and no alarm if its dead band covers it",
           "[monitor][limits]") {
   property::for_all("noise", 60, [] {
     ProcessSettings settings{.limits = {}};
@@ -448,14 +451,14 @@ TEST_CASE("an alarm lasts at least as long as its condition and off-delay", "[mo
     loop.run(with_bad_pv(), on);
     loop.run(healthy(), 400);
     const bool outlasts = on > on_delay;
-    property::require(loop.at.size() == (outlasts ? 2 : 0), "it came or not as its delay says");
+    property::require(loop.at.size() == (outlasts ? 2 : 0), "raised or not according to its delay");
     if (!outlasts) return;
-    property::require(loop.at[0] == first + on_delay, "it came with its on-delay");
-    property::require(loop.at[1] == first + on + off_delay, "it went with its off-delay");
+    property::require(loop.at[0] == first + on_delay, "raised with its on-delay");
+    property::require(loop.at[1] == first + on + off_delay, "cleared with its off-delay");
   });
 }
 
-TEST_CASE("an open enable contact and a silent source are alarms of their own", "[monitor]") {
+TEST_CASE("an open enable contact and a silent source are separate alarms", "[monitor]") {
   ProcessSettings settings{.normal_mode = NormalMode::any, .limits = {}};
   settings.at(AlarmKind::enable_open).fitted = settings.at(AlarmKind::source_lost).fitted = true;
   Loop loop(settings);
@@ -463,7 +466,7 @@ TEST_CASE("an open enable contact and a silent source are alarms of their own", 
   cycle.fault = Fault::enable_open;
   loop.run(cycle, kDelay + 1);
   CHECK(loop.take() == came(AlarmKind::enable_open));
-  // While the daemon ends nothing is known of the contact.
+  // While the daemon ends, the contact is unknown.
   cycle.fault = Fault::stop;
   loop.run(cycle, 2 * kDelay);
   CHECK(loop.take().empty());
@@ -475,7 +478,7 @@ TEST_CASE("an open enable contact and a silent source are alarms of their own", 
   CHECK(loop.take() == Changes{{AlarmKind::bad_pv, true}, {AlarmKind::source_lost, true}});
 }
 
-TEST_CASE("without a place in the loop's file there is no alarm of a limit", "[monitor]") {
+TEST_CASE("without a limit in the loop's file there is no limit alarm", "[monitor]") {
   Loop loop;
   ProcessCycle cycle = healthy();
   cycle.pv = 1e6;
@@ -483,7 +486,7 @@ TEST_CASE("without a place in the loop's file there is no alarm of a limit", "[m
   CHECK(loop.take().empty());
 }
 
-TEST_CASE("what a test of the loop causes raises no alarm, and comes if it lasts", "[monitor]") {
+TEST_CASE("an effect of a loop test raises no alarm, unless it lasts", "[monitor]") {
   Loop loop;
   ProcessCycle silent = healthy();
   silent.out_of_service = true;
@@ -493,7 +496,7 @@ TEST_CASE("what a test of the loop causes raises no alarm, and comes if it lasts
   silent.requested_mode = Mode::manual;
   loop.run(silent, 10 * kMinute);
   CHECK(loop.take().empty());
-  SECTION("nothing of it is left") {
+  SECTION("no condition is left") {
     loop.run(healthy(), 10 * kMinute);
     CHECK(loop.take().empty());
   }
@@ -512,7 +515,7 @@ TEST_CASE("what a test of the loop causes raises no alarm, and comes if it lasts
   }
 }
 
-TEST_CASE("a loop that was in automatic for its test alone is not out of its mode", "[monitor]") {
+TEST_CASE("a loop that was in automatic only for its test is not out of its mode", "[monitor]") {
   Loop loop(NormalMode::automatic, false);
   ProcessCycle cycle = healthy();
   cycle.out_of_service = true;

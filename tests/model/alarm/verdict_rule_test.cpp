@@ -56,7 +56,7 @@ TEST_CASE("windows that lie too far back do not count", "[monitor]") {
   CHECK_FALSE(on(rule, AlarmKind::backlash));
 }
 
-TEST_CASE("a name below the threshold raises nothing, and another name neither", "[monitor]") {
+TEST_CASE("a name below the threshold raises no alarm, and another name neither", "[monitor]") {
   VerdictRule rule;
   for (int i = 0; i < 10; ++i) rule.add(fault(AlarmKind::hysteresis, 0.49));
   CHECK_FALSE(on(rule, AlarmKind::hysteresis));
@@ -68,13 +68,13 @@ TEST_CASE("a name below the threshold raises nothing, and another name neither",
   CHECK_FALSE(on(rule, AlarmKind::backlash));
 }
 
-TEST_CASE("a condition goes when the windows have forgotten it, not before", "[monitor]") {
+TEST_CASE("a condition clears when the windows have forgotten it, not before", "[monitor]") {
   VerdictRule rule;
   for (int i = 0; i < 5; ++i) rule.add(fault(AlarmKind::low_air_supply, 0.9));
   REQUIRE(on(rule, AlarmKind::low_air_supply));
   for (int i = 0; i < 50; ++i) rule.add(quiet());
   CHECK(on(rule, AlarmKind::low_air_supply));
-  // Healthy, but with a suspicion above the lower threshold.
+  // Healthy, but with a probability above the lower threshold.
   WindowJudgement suspicious = healthy();
   suspicious.probability[index_of(AlarmKind::low_air_supply)] = 0.35;
   for (int i = 0; i < 10; ++i) rule.add(suspicious);
@@ -86,11 +86,11 @@ TEST_CASE("a condition goes when the windows have forgotten it, not before", "[m
   CHECK(rule.conditions()[index_of(AlarmKind::low_air_supply)].severity_percent == 0.0);
 }
 
-TEST_CASE("the daemon's rule takes fifteen windows to believe in a repair", "[monitor]") {
+TEST_CASE("the daemon's rule needs fifteen windows to accept a repair", "[monitor]") {
   VerdictRule rule(kAlarmRule);
   for (int i = 0; i < 3; ++i) rule.add(fault(AlarmKind::stiction, 0.9));
   REQUIRE(on(rule, AlarmKind::stiction));
-  // A valve that sticks may look healthy for a while: two in fifteen keep the alarm.
+  // A sticking valve may look healthy for a while: two in fifteen keep the alarm.
   for (int round = 0; round < 4; ++round) {
     for (int i = 0; i < 6; ++i) rule.add(healthy());
     rule.add(fault(AlarmKind::stiction, 0.9));
@@ -100,7 +100,7 @@ TEST_CASE("the daemon's rule takes fifteen windows to believe in a repair", "[mo
   CHECK(on(rule, AlarmKind::stiction));
   rule.add(healthy());
   CHECK_FALSE(on(rule, AlarmKind::stiction));
-  // Raising is by the newest five alone.
+  // Only the newest five raise an alarm.
   rule.add(fault(AlarmKind::stiction, 0.9));
   CHECK_FALSE(on(rule, AlarmKind::stiction));
 }
@@ -114,7 +114,7 @@ TEST_CASE("a restart forgets windows and keeps conditions; one can be restored",
   CHECK_FALSE(on(rule, AlarmKind::stiction));
   rule.restore(AlarmKind::backlash, true, 3.0);
   CHECK(on(rule, AlarmKind::backlash));
-  // Too few windows to say that it is gone.
+  // Too few windows to clear it.
   for (int i = 0; i < 3; ++i) rule.add(healthy());
   CHECK(on(rule, AlarmKind::backlash));
   rule.add(healthy());
@@ -134,14 +134,14 @@ TEST_CASE("the size of an alarm is the median of the windows that name it", "[mo
     INFO(i << ": " << severity());
     if (i >= 2) CHECK(severity() == Approx(6.1).margin(0.4));
   }
-  // What another fault's windows say is not of this one, nor what a doubtful window does.
+  // The windows of another fault don't count for this one, nor does a doubtful window.
   rule.add(fault(AlarmKind::backlash, 0.9, 50.0));
   rule.add(fault(AlarmKind::stiction, 0.4, 50.0));
   CHECK(severity() == Approx(6.1));
-  // A fault that grows is followed once most windows agree.
+  // The size follows a growing fault once most windows agree.
   for (int i = 0; i < 8; ++i) rule.add(fault(AlarmKind::stiction, 0.9, 12.0));
   CHECK(severity() == Approx(12.0));
-  // Few windows, as after a restart, change nothing.
+  // A few windows, as after a restart, keep the severity.
   rule.restart();
   rule.add(fault(AlarmKind::stiction, 0.9, 90.0));
   rule.add(fault(AlarmKind::stiction, 0.9, 90.0));

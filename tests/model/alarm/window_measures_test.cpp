@@ -81,7 +81,7 @@ TEST_CASE("the share of a window at an end of the output", "[monitor][measures]"
   CHECK(s.measured().saturated_percent == Approx(100.0 * 144.0 / 961.0));
 }
 
-TEST_CASE("travel and reversals are the stem's, or CO's where there is none",
+TEST_CASE("travel and reversals are the stem's, or CO's without a read-back",
           "[monitor][measures]") {
   Samples s;
   // Up and down by 2 of 20 units, 10 samples each way: 48 reversals in 48 strokes.
@@ -99,8 +99,7 @@ TEST_CASE("travel and reversals are the stem's, or CO's where there is none",
   CHECK(m.reversals_per_hour == 0.0);
 }
 
-TEST_CASE("with a read-back, stick is the band of the valve that made the record",
-          "[monitor][measures]") {
+TEST_CASE("with a read-back, stick is the band of the recorded valve", "[monitor][measures]") {
   Samples s;
   const double period_s = 20.0;
   for (std::size_t k = 0; k < kWindowSamples; ++k) s.co[k] = 10.0 + 4.0 * wave(k, period_s);

@@ -19,7 +19,7 @@ using namespace loopwarden::analysis;
 
 constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
 
-// A signal as a flow has it: slow wander, a swing, noise.
+// A flow signal: slow wander, a swing, noise.
 std::vector<double> flow(std::size_t count, double noise, std::uint64_t seed = 3) {
   numeric::Random random(seed);
   std::vector<double> x(count);
@@ -31,7 +31,8 @@ std::vector<double> flow(std::size_t count, double noise, std::uint64_t seed = 3
   return x;
 }
 
-TEST_CASE("a plain signal is none, with noise, without, coarse, held and clipped", "[archive]") {
+TEST_CASE("a plain signal is no archive, with or without noise, coarse, held or clipped",
+          "[archive]") {
   CHECK(recognise_filled(with_decimals(flow(4000, 0.1), 3)).kind == ArchiveKind::none);
   CHECK(recognise_filled(with_decimals(flow(4000, 0.0), 4)).kind == ArchiveKind::none);
   CHECK(recognise_filled(flow(4000, 0.0)).kind == ArchiveKind::none);
@@ -42,7 +43,7 @@ TEST_CASE("a plain signal is none, with noise, without, coarse, held and clipped
   std::vector<double> analyser = flow(4000, 0.1);
   for (std::size_t k = 0; k < analyser.size(); ++k) analyser[k] = analyser[k - k % 10];
   CHECK(recognise_filled(with_decimals(analyser, 3)).kind == ArchiveKind::none);
-  // Some renewals bring the same value.
+  // Some renewals repeat the value.
   for (std::size_t k = 100; k + 10 < analyser.size(); k += 200) {
     for (std::size_t i = k; i < k + 10; ++i) analyser[i] = analyser[k - 1];
   }
@@ -53,7 +54,7 @@ TEST_CASE("a plain signal is none, with noise, without, coarse, held and clipped
   CHECK(recognise_filled(with_decimals(gaps, 3)).kind == ArchiveKind::none);
 }
 
-TEST_CASE("converter steps, integers and an output stepped by hand are no archive", "[archive]") {
+TEST_CASE("converter steps, integers and a manually stepped output are no archive", "[archive]") {
   // A converter of 10 bits, written with two decimals: steps of 0.03 and 0.04.
   for (const double step : {0.0322, 0.0977, 0.3223, 0.1}) {
     for (const double noise : {0.01, 0.03, 0.1}) {
@@ -68,7 +69,7 @@ TEST_CASE("converter steps, integers and an output stepped by hand are no archiv
   }
   for (const std::uint64_t seed : {3UL, 4UL, 5UL})
     CHECK(recognise_filled(with_decimals(flow(3000, 0.05, seed), 0)).kind == ArchiveKind::none);
-  // Steps by hand, between a few values.
+  // Manual steps between a few values.
   for (const double round : {5.0, 2.5}) {
     for (const std::uint64_t seed : {3UL, 4UL, 5UL, 6UL}) {
       numeric::Random random(seed);
@@ -149,14 +150,14 @@ TEST_CASE("a swinging door that was filled by the last value is known for that, 
   CHECK(found.held_lines);
   const std::vector<double> again = lines_for_steps(held);
   const std::vector<double> lines = lines_between(x, stored);
-  // Where the next stored value is the same nobody sees it in what is held.
+  // If the next stored value is the same, holding it makes no visible difference.
   std::size_t other = 0;
   for (std::size_t k = 0; k < x.size(); ++k)
     other += std::abs(again[k] - lines[k]) > 1e-9 ? 1U : 0U;
   CHECK(other < x.size() / 20);
 }
 
-TEST_CASE("stored values alone, on their own times", "[archive]") {
+TEST_CASE("only the stored values, at their own times", "[archive]") {
   const std::vector<double> x = flow(4000, 0.1);
   const auto stored = [&](const Places& places) {
     std::vector<double> times;
@@ -181,7 +182,8 @@ TEST_CASE("the same in a record whose other cells are empty", "[archive]") {
   std::vector<double> sparse(x.size(), kMissing);
   for (const std::size_t k : by_exception(x, 1.0)) sparse[k] = x[k];
   CHECK(recognise_filled(sparse).kind == ArchiveKind::exception);
-  // Every fifth sample written is another period, one long outage is one long outage.
+  // A record with one sample in five has another period, and one with a long outage has an outage.
+  // Neither is an archive.
   std::vector<double> fifth(x.size(), kMissing);
   for (std::size_t k = 0; k < x.size(); k += 5) fifth[k] = x[k];
   CHECK(recognise_filled(fifth).kind == ArchiveKind::none);

@@ -23,7 +23,7 @@ using namespace loopwarden::analysis;
 
 namespace {
 
-// Plant 1 as the thesis identified it.
+// Plant 1 with the numbers that the thesis identified.
 constexpr plant::ProcessParameters kPlant1{
     .gain = 1.2264, .time_constant_s = 1.694, .dead_time_s = 2.626};
 constexpr double kPeriod = 0.1;  // s
@@ -39,7 +39,7 @@ StepRecord step_record(double second_lag_s, double noise, std::uint64_t seed) {
   process.reset(2.0);
   double pv = 2.0 * kPlant1.gain;
   double lagged = pv;
-  constexpr int kFiner = 100;  // the second lag by small steps
+  constexpr int kFiner = 100;  // the second lag, in small steps
   plant::Process fine(kPlant1, kPeriod / kFiner);
   fine.reset(2.0);
   for (int k = 0; k < 600; ++k) {
@@ -57,7 +57,7 @@ StepRecord step_record(double second_lag_s, double noise, std::uint64_t seed) {
   return r;
 }
 
-// How often the intervals of plant 1's numbers hold them.
+// Counts how often the intervals contain the numbers of plant 1.
 struct Held {
   int gain = 0, time_constant = 0, dead_time = 0;
 
@@ -89,8 +89,8 @@ const ProcessFit& of_form(const Identification& found, ProcessForm form) {
   throw std::logic_error("no fit of this form");
 }
 
-// A PI loop on plant 1 under a wandering load; CO and PV rounded to 12 bits. The controller acts at every `every`-th
-// sample.
+// A PI loop on plant 1 under a wandering load; CO and PV rounded to 12 bits. The controller acts at
+// every `every`-th sample.
 struct LoopRun {
   std::vector<double> co, pv, sp;
 };
@@ -157,7 +157,7 @@ TEST_CASE("the intervals of noisy step records hold the truth in 34 of 40 at lea
     CHECK(fit.rmse == Approx(0.05).epsilon(0.15));
     held.count(fit);
   }
-  // 38 of 40 expected; fewer than 34 happens in 3 of a thousand.
+  // 38 of 40 are expected; fewer than 34 happens in 3 of a thousand.
   held.check_at_least(34);
 }
 
@@ -173,7 +173,7 @@ TEST_CASE("in closed loop under a load the intervals hold the truth in 16 of 20 
     REQUIRE(found.can_tell());
     held.count(of_form(found, ProcessForm::one_lag));
   }
-  // 19 of 20 expected; fewer than 16 happens twice in a thousand.
+  // 19 of 20 are expected; fewer than 16 happens twice in a thousand.
   held.check_at_least(16);
 }
 
@@ -185,7 +185,7 @@ TEST_CASE("a closed loop that only the load moves gives no number", "[analysis][
   CHECK_THAT(with_sp.reason, Catch::Contains("SP never moves"));
   CHECK_THAT(with_sp.settle, Catch::Contains("Step the set point"));
   CHECK(with_sp.fits.empty());
-  // The same without the column sp: the loop is seen all the same.
+  // Without the column sp the loop is detected as well.
   const Identification without = identified(r.co, r.pv);
   CHECK(without.closed_loop);
   CHECK_FALSE(without.can_tell());
@@ -200,7 +200,7 @@ TEST_CASE("a record that is faster than its controller is seen to be closed",
   const Identification none = identified(still.co, still.pv, still.sp);
   CHECK(none.closed_loop);
   CHECK_FALSE(none.can_tell());
-  // Where SP moves, it is used as ever.
+  // If SP moves, it is used as usual.
   const LoopRun moving = loop_run(3, 0.4, 0.05, kPlant1, 0.2, 0.03, 3000, every);
   const Identification found = identified(moving.co, moving.pv, moving.sp);
   CHECK(found.closed_loop);
@@ -208,7 +208,7 @@ TEST_CASE("a record that is faster than its controller is seen to be closed",
   CHECK(found.best().gain.value == Approx(1.2264).epsilon(0.05));
 }
 
-TEST_CASE("clocked steps by hand are no controller", "[analysis][identification]") {
+TEST_CASE("clocked manual steps are no controller", "[analysis][identification]") {
   numeric::Random random(8);
   plant::Process process(kPlant1, kPeriod);
   std::vector<double> co, pv;
@@ -226,7 +226,7 @@ TEST_CASE("clocked steps by hand are no controller", "[analysis][identification]
   CHECK(found.best().gain.value == Approx(1.2264).epsilon(0.02));
 }
 
-// A loop whose controller is `law`: CO from SP less PV and the CO before.
+// A loop with the controller `law`: CO from SP minus PV and the previous CO.
 template <class Law>
 LoopRun run_under(Law law, std::uint64_t seed, double load_sd, double noise, double gain = 1.2264) {
   LoopRun r;
@@ -256,7 +256,7 @@ TEST_CASE("a loop that is closed by switching is no open loop", "[analysis][iden
   const auto relay = [](std::size_t, double e, double co, numeric::Random&) {
     return e > 0.1 ? 8.0 : e < -0.1 ? 0.0 : co;
   };
-  // On for a part of each 2 s that follows the error.
+  // On for the part of each 2 s that is proportional to the error.
   double share = 0.5;
   const auto pulses = [&share](std::size_t k, double e, double, numeric::Random&) {
     if (k % 20 == 0) share = std::clamp(share + 0.05 * e, 0.0, 1.0);
@@ -276,7 +276,8 @@ TEST_CASE("a loop that is closed by switching is no open loop", "[analysis][iden
   }
 }
 
-TEST_CASE("steps by hand are no controller, however they are timed", "[analysis][identification]") {
+TEST_CASE("manual steps are no controller, regardless of their timing",
+          "[analysis][identification]") {
   // Two levels at random times, five levels in a fixed order, five at random.
   std::size_t next = 0;
   const auto two_levels = [&next](std::size_t k, double, double co, numeric::Random& random) {
@@ -304,7 +305,7 @@ TEST_CASE("steps by hand are no controller, however they are timed", "[analysis]
   }
 }
 
-TEST_CASE("a CO that is logged too late closes no loop, and is said",
+TEST_CASE("a CO that is logged too late closes no loop, and this is reported",
           "[analysis][identification]") {
   const std::size_t late = GENERATE(1U, 2U);
   const double noise = GENERATE(0.0, 0.01);
@@ -351,9 +352,9 @@ TEST_CASE("a gain that depends on the opening is reported", "[analysis][identifi
   CHECK(gain->at_high > 1.5);
 }
 
-TEST_CASE("a model that leaves more than a straight line is refused",
+TEST_CASE("a record that no model explains better than a straight line is refused",
           "[analysis][identification]") {
-  // PV drifts and CO is stepped, but the two have nothing to do with each other.
+  // PV drifts and CO is stepped, but the two are unrelated.
   std::vector<double> co, pv;
   numeric::Random random(2);
   double wander = 0.0;
@@ -367,9 +368,9 @@ TEST_CASE("a model that leaves more than a straight line is refused",
   CHECK_FALSE(found.reason.empty());
 }
 
-TEST_CASE("slow logging widens the intervals of the lags and is said",
+TEST_CASE("slow logging widens the intervals of the lags, and this is reported",
           "[analysis][identification]") {
-  // The controller acts ten times a sample; T 1.2 of a sample.
+  // The controller acts ten times per sample; T is 1.2 samples.
   numeric::Random random(9);
   plant::Process process({.gain = 1.2, .time_constant_s = 1.2, .dead_time_s = 0.4}, kPeriod);
   double q = process.reset(5.0);
@@ -437,7 +438,8 @@ TEST_CASE("a set point that moves too little against the load gives no number",
   CHECK(found.outside_margin > 0.2);
 }
 
-TEST_CASE("the mode column decides what is a closed loop", "[analysis][identification]") {
+TEST_CASE("the mode column decides which samples are in closed loop",
+          "[analysis][identification]") {
   const StepRecord r = step_record(0.0, 0.02, 2);
   const std::vector<double> sp(r.co.size(), 3.0);
   const Identification by_hand = identified(r.co, r.pv, sp, std::vector<double>(r.co.size(), 0.0));
@@ -462,7 +464,8 @@ TEST_CASE("an integrating process is found as one", "[analysis][identification]"
   CHECK(found.best().process().integrating());
 }
 
-TEST_CASE("a long record is thinned or cut, and that is said", "[analysis][identification][long]") {
+TEST_CASE("a long record is thinned or cut, and this is reported",
+          "[analysis][identification][long]") {
   // 1000 s of plant 1, a hundred thousand samples at 100 Hz: slow against the sampling.
   std::vector<double> co, pv;
   for (std::size_t k = 0; k < 10'000; ++k) {
@@ -485,7 +488,8 @@ TEST_CASE("a long record is thinned or cut, and that is said", "[analysis][ident
 
 TEST_CASE("a long record of a fast process is cut to where SP moves",
           "[analysis][identification][long]") {
-  // As fast as the sampling: nothing can be thinned. SP stands still for the first half.
+  // The process is as fast as the sampling, so the record can't be thinned. SP is constant in the
+  // first half.
   constexpr plant::ProcessParameters kFast{
       .gain = 1.2264, .time_constant_s = 0.3, .dead_time_s = 0.2};
   LoopRun r = loop_run(2, 0.0, 0.05, kFast, 0.2, 0.3, 15'000);
@@ -503,7 +507,7 @@ TEST_CASE("a long record of a fast process is cut to where SP moves",
   CHECK(found.best().gain.value == Approx(1.2264).epsilon(0.05));
 }
 
-TEST_CASE("a record alone suggests a loop model, and what it assumed is said",
+TEST_CASE("a record is enough for a loop model, and the assumptions are reported",
           "[analysis][identification]") {
   const LoopRun r = loop_run(7, 0.4, 0.05);
   const AssumedModel assumed =
@@ -515,7 +519,8 @@ TEST_CASE("a record alone suggests a loop model, and what it assumed is said",
   CHECK(assumed.model->controller.pid.output_high == 10.0);
   CHECK(assumed.model->uncertainty.gain >= 0.03);
   CHECK(assumed.assumptions.size() >= 5);
-  // The process alone would put PV elsewhere: what was identified are changes.
+  // The process model without its level would put PV elsewhere, because only changes were
+  // identified.
   REQUIRE(assumed.model->process.level);
   CHECK(*assumed.model->process.level ==
         Approx(numeric::mean(r.pv) - assumed.model->process.gain * numeric::mean(r.co)));
@@ -536,7 +541,7 @@ TEST_CASE("a record alone suggests a loop model, and what it assumed is said",
   CHECK_FALSE(none.identification.reason.empty());
 }
 
-TEST_CASE("a second lag is found where there is one", "[analysis][identification]") {
+TEST_CASE("a second lag is found if the process has one", "[analysis][identification]") {
   const StepRecord two = step_record(0.8, 0.005, 3);
   const Identification found = identified(two.co, two.pv);
   REQUIRE(found.can_tell());
@@ -556,12 +561,12 @@ TEST_CASE("the tangent finds the dead time, and a lag that is too long by its av
   const Tangent t = tangent_method(r.co, r.pv, kPeriod);
   CHECK(t.process.gain == Approx(1.2264).epsilon(1e-3));
   CHECK(t.process.dead_time_s == Approx(2.62).epsilon(0.01));
-  // 1.694 is true; the thesis drew 1.78.
+  // 1.694 is the true value; the thesis drew 1.78.
   CHECK(t.process.time_constant_s > 1.694);
   CHECK(t.process.time_constant_s < 1.12 * 1.694);
 }
 
-TEST_CASE("what can't be identified is said", "[analysis][identification]") {
+TEST_CASE("the reason is reported if a record can't be identified", "[analysis][identification]") {
   std::vector<double> co(100, 2.0), pv(100, 3.0);
   CHECK_THROWS_WITH(identified(co, pv), Catch::Contains("CO never moves"));
   co[50] = 5.0;
@@ -606,7 +611,7 @@ TEST_CASE("tuning rules give the figures of their sources", "[analysis][tuning]"
                         ControllerForm form = ControllerForm::pi) {
     return *tune(rule, p, {.form = form});
   };
-  // The thesis, with its tangent's figures and the process gain left out.
+  // The thesis, with its tangent's figures and without the process gain.
   const plant::ProcessParameters drawn{1.2264, 1.78, 2.62};
   CHECK(gains(TuningRule::zn_thesis, drawn).kp == Approx(0.61145038).epsilon(1e-6));
   CHECK(gains(TuningRule::zn_thesis, drawn).ki == Approx(0.070013402).epsilon(1e-4));
@@ -653,7 +658,8 @@ TEST_CASE("rules for integrating processes and second lags are those of their so
 }
 
 TEST_CASE("margins of an integrating process are those of its source", "[analysis][margins]") {
-  // SIMC on an integrator with dead time: gain margin 2.96, phase margin 46.9 deg, Ms 1.70 (Skogestad 2003).
+  // SIMC on an integrator with dead time: gain margin 2.96, phase margin 46.9 deg, Ms 1.70
+  // (Skogestad 2003).
   LinearLoop loop{.gains = {},
                   .gain = 0.2,
                   .integrating = true,
@@ -670,7 +676,7 @@ TEST_CASE("margins of an integrating process are those of its source", "[analysi
   CHECK(m.sensitivity == Approx(1.70).epsilon(0.01));
   loop.gains.ki = loop.gains.kp / 1.0;  // integral faster than the dead time
   CHECK_FALSE(margins(loop).stable);
-  // A crossover far slower than the dead time: 5e-4 rad/s, 90 deg less what the dead time takes.
+  // A crossover far slower than the dead time: 5e-4 rad/s, 90 deg minus the phase of the dead time.
   loop.gain = 0.001;
   loop.dead_time_s = 1.0;
   loop.gains = {.kp = 0.5, .ki = 0.0};
@@ -679,8 +685,8 @@ TEST_CASE("margins of an integrating process are those of its source", "[analysi
   CHECK(slow.delay_margin_s == Approx(std::numbers::pi / 2.0 / 5e-4 - 1.0).epsilon(2e-3));
 }
 
-TEST_CASE("margins are those of loops that can be worked out by hand", "[analysis][margins]") {
-  // Integral control of a fast process behind dead time D: phase -90 - w D, gain ki K / w.
+TEST_CASE("margins agree with loops that can be calculated on paper", "[analysis][margins]") {
+  // Integral control of a fast process after a dead time D: phase -90 - w D, gain ki K / w.
   LinearLoop loop{.gains = {.kp = 0.0, .ki = 0.5},
                   .gain = 1.0,
                   .dead_time_s = 1.0,

@@ -16,7 +16,7 @@ namespace limit_cycle_test {
 using namespace loopwarden;
 using namespace loopwarden::analysis;
 
-// The first harmonic of a valve by simulation, of the last of three periods.
+// Returns the first harmonic of a simulated valve, from the last of three periods.
 template <class Valve>
 std::complex<double> measured_describing_function(Valve valve, double amplitude) {
   constexpr int kSamples = 4000;
@@ -43,7 +43,7 @@ TEST_CASE("describing functions are those of the simulated valves", "[analysis][
     for (const double share : {0.0, 0.3, 1.0}) {
       CAPTURE(share);
       effects::StictionChoudhury sticky({kDeadband, share * kDeadband});
-      sticky.reset(-10.0);  // it comes moving: from rest a small sine would not free it
+      sticky.reset(-10.0);  // starts moving: a small sine would not free it from rest
       const auto measured =
           measured_describing_function([&](double u) { return sticky.step(u); }, amplitude);
       const auto formula = stiction_describing_function(kDeadband, share * kDeadband, amplitude);
@@ -93,7 +93,7 @@ Cycle simulated(const plant::LoopModel& model) {
 
 }  // namespace
 
-TEST_CASE("the predicted limit cycle is near the simulated one, and grows as the thesis says",
+TEST_CASE("the predicted limit cycle is near the simulated one, and grows as in the thesis",
           "[analysis][limit-cycle]") {
   double last_amplitude = 0.0;
   for (const double s : {0.5, 1.0, 2.0}) {
@@ -104,31 +104,30 @@ TEST_CASE("the predicted limit cycle is near the simulated one, and grows as the
     REQUIRE(cycles.size() == 1);
     CHECK(cycles.front().stable);
     const Cycle truth = simulated(m);
-    // The triangle of CO is faster than its first harmonic says: 42.1 s predicted, 32.8 s simulated.
+    // The triangle of CO is faster than its first harmonic: 42.1 s predicted, 32.8 s simulated.
     CHECK(cycles.front().period_s == Approx(truth.period_s).epsilon(0.35));
     CHECK(cycles.front().period_s > truth.period_s);
     CHECK(cycles.front().pv_amplitude == Approx(truth.pv_amplitude).epsilon(0.35));
     CHECK(truth.pv_amplitude > 1.5 * last_amplitude);
     last_amplitude = truth.pv_amplitude;
   }
-  // With Ti above T + L the Nyquist curve comes from the right and misses -1/N: nothing is predicted, and
-  // yet the loop cycles, in the long triangle of CO that is no sinusoid.
+  // With Ti above T + L the Nyquist curve approaches from the right and misses -1/N. No cycle is
+  // predicted, but the loop cycles with a long triangle of CO that is no sinusoid.
   plant::LoopModel slow = plant1(kThesis);
   slow.valve_effects = {{.name = "stiction", .parameters = {{"s", 1.0}, {"j", 0.6}}}};
   CHECK(limit_cycles(linear_loop(slow), *valve_nonlinearity(slow)).empty());
   CHECK(simulated(slow).pv_amplitude > 0.2);
   const AxisReach reach = axis_reach(linear_loop(slow), *valve_nonlinearity(slow));
   CHECK(reach.loop < reach.valve);
-  // A calm loop does not cycle with backlash.
+  // A sluggish loop does not cycle with backlash.
   plant::LoopModel m = plant1(kThesis);
   m.valve_effects = {{.name = "backlash", .parameters = {{"deadband", 1.0}}}};
   CHECK(limit_cycles(linear_loop(m), *valve_nonlinearity(m)).empty());
   CHECK(simulated(m).pv_amplitude < 0.02);
 }
 
-TEST_CASE(
-    "none is predicted where the loop crosses the axis below the start of -1/N, and only there",
-    "[analysis][limit-cycle]") {
+TEST_CASE("only a loop that crosses the axis below the start of -1/N has no predicted cycle",
+          "[analysis][limit-cycle]") {
   constexpr double kSum = 1.69376 + 2.6256;  // s, T + L
   int predicted = 0;
   int none = 0;

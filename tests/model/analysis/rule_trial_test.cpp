@@ -26,7 +26,7 @@ const RuleTrial& of(const std::vector<RuleTrial>& trials, TuningRule rule) {
   return trials.front();
 }
 
-// One that is steady, settles and leaves enough margin.
+// A response that is steady, settles and leaves enough margin.
 RuleTrial tried(std::optional<TuningRule> rule, double load_absolute_error) {
   RuleTrial trial{.rule = rule, .gains = {}};
   trial.margins.sensitivity = kMostSensitivity;
@@ -35,7 +35,8 @@ RuleTrial tried(std::optional<TuningRule> rule, double load_absolute_error) {
   return trial;
 }
 
-TEST_CASE("the gains in force come first, then each rule's own with what they do") {
+TEST_CASE(
+    "the gains in force are listed first, then each rule with its own gains and their effect") {
   struct ByHand {
     TuningRule rule;
     double kp, ti_s;
@@ -62,19 +63,21 @@ TEST_CASE("the gains in force come first, then each rule's own with what they do
     }
     model.controller.pid.gains = trial.gains;
     CHECK(trial.margins.sensitivity == margins(linear_loop(model)).sensitivity);
-    // The error's integral is D / (K ki) of a load step D; that of its size is more, as far as PV swings.
+    // After a load step D the integral of the error is D / (K ki). The integral of its absolute
+    // value is larger by the swings of PV.
     const double integral = 10.0 / (2.0 * trial.gains.ki);
     CHECK(trial.response.load_absolute_error > 0.999 * integral);
     if (trial.margins.sensitivity < 1.7) {
       CHECK(trial.response.load_absolute_error < 1.2 * integral);
     }
   }
-  // The integrals: SIMC 40, AMIGO 64, lambda 120 PV units s; what Ziegler-Nichols gives swings for long.
+  // The integrals: SIMC 40, AMIGO 64, lambda 120 PV units s. The Ziegler-Nichols tuning swings for
+  // long.
   REQUIRE(recommended(trials) != nullptr);
   CHECK(recommended(trials)->rule == TuningRule::simc);
 }
 
-TEST_CASE("recommended is the rule that meets a load best of those that may be") {
+TEST_CASE("the recommended rule is the allowed one that handles a load best") {
   std::vector<RuleTrial> trials{tried(std::nullopt, 1.0),       tried(TuningRule::zn_thesis, 2.0),
                                 tried(TuningRule::zn, 3.0),     tried(TuningRule::cohen_coon, 4.0),
                                 tried(TuningRule::lambda, 5.0), tried(TuningRule::simc, 7.0),
@@ -120,7 +123,7 @@ TEST_CASE("a process that falls is tuned as one that rises") {
   }
 }
 
-TEST_CASE("a filter that is given stands in the place of the rule's") {
+TEST_CASE("a given filter replaces the filter of the rule") {
   const TuningOptions pid{.form = ControllerForm::pid};
   CHECK(of(try_rules(plant_of(1.0), pid), TuningRule::zn).gains.derivative_filter_s == Approx(0.1));
   const auto trials = try_rules(plant_of(1.0), pid, 0.7);
@@ -129,7 +132,7 @@ TEST_CASE("a filter that is given stands in the place of the rule's") {
     CHECK(trials[i].gains.derivative_filter_s == 0.7);
     CHECK(trials[i].gains.kd > 0.0);
   }
-  CHECK(trials.front().gains.derivative_filter_s == 0.0);  // as it is
+  CHECK(trials.front().gains.derivative_filter_s == 0.0);  // unchanged
 }
 
 }  // namespace

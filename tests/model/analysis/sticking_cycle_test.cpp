@@ -35,7 +35,7 @@ struct Run {
   std::vector<double> co, pv, stem;
 };
 
-// PI on a SP that stands.
+// PI with a constant SP.
 Run run_of(const Loop& loop, std::uint64_t seed, std::size_t samples = 3000) {
   Run r;
   numeric::Random random(seed);
@@ -61,7 +61,8 @@ Run run_of(const Loop& loop, std::uint64_t seed, std::size_t samples = 3000) {
 
 }  // namespace
 
-TEST_CASE("a limit cycle gives the valve and the process behind it", "[analysis][identification]") {
+TEST_CASE("a limit cycle identifies the valve and the process after it",
+          "[analysis][identification]") {
   for (const std::uint64_t seed : {1U, 2U, 3U}) {
     const Run r = run_of({.valve = {.s = 5.0, .j = 2.0}, .wander = 0.005}, seed);
     const auto found = find_sticking_cycle(r.co, r.pv, kPeriod);
@@ -76,7 +77,7 @@ TEST_CASE("a limit cycle gives the valve and the process behind it", "[analysis]
   }
 }
 
-TEST_CASE("a swing that no valve makes gives none", "[analysis][identification]") {
+TEST_CASE("a swing that no valve causes gives no result", "[analysis][identification]") {
   for (const std::uint64_t seed : {1U, 2U, 3U}) {
     const Run pushed = run_of({.load = 3.0, .wander = 0.02}, seed);
     CHECK_FALSE(find_sticking_cycle(pushed.co, pushed.pv, kPeriod));
@@ -115,7 +116,7 @@ TEST_CASE("a cycle without SP is identified, and suggests a loop model with its 
   CHECK(assumed.model->process.level.has_value());
 }
 
-TEST_CASE("beside a stem the slip jump and the process are those of the stem",
+TEST_CASE("with a read-back, the slip jump and the process are those of the stem",
           "[analysis][identification]") {
   const Run r = run_of({.valve = {.s = 5.0, .j = 2.0}, .wander = 0.005}, 1);
   numeric::Random random(2);

@@ -34,7 +34,7 @@ TEST_CASE("the stretch in which CO moves most", "[stretch]") {
   CHECK(around(c.best(), 32000));
 }
 
-TEST_CASE("not one in manual, nor one with holes", "[stretch]") {
+TEST_CASE("the stretch is neither in manual nor has it holes", "[stretch]") {
   Columns c;
   c.move(30000, 34000, 5.0);
   c.move(8000, 12000, 2.0);
@@ -46,7 +46,7 @@ TEST_CASE("not one in manual, nor one with holes", "[stretch]") {
   CHECK(around(c.best(), 10000));
 }
 
-TEST_CASE("one of each part, in order; a short record is taken whole", "[stretch]") {
+TEST_CASE("one stretch from each part, in order; a short record is taken whole", "[stretch]") {
   Columns c;
   c.move(30000, 34000, 5.0);
   c.move(8000, 12000, 2.0);

@@ -31,12 +31,12 @@ effects::EffectSpec effect(const char* name, std::map<std::string, double> param
 }
 
 struct Answer {
-  double begins_s = 0.0;   // PV has gone 2 % of the step
+  double begins_s = 0.0;   // PV has moved by 2 % of the step
   double arrives_s = 0.0;  // 95 %
   double offset = 0.0;     // SP - PV at the end, PV units
 };
 
-// After the valve has come to 5 L/min from above, the set point goes up.
+// The set point rises after the valve has arrived at 5 L/min from above.
 Answer answer(plant::LoopModel m, double step) {
   constexpr double kFrom = 300.0;
   m.scenario.set_point = {{0.0, 8.0}, {20.0, 5.0}, {kFrom, 5.0 + step}};
@@ -71,7 +71,7 @@ TEST_CASE("backlash lengthens the dead time, less so for a large error", "[thesi
   CHECK(some.arrives_s > none.arrives_s);
   CHECK(with(1.5, 3.0).begins_s < 0.7 * more.begins_s);
   CHECK(std::abs(more.offset) < 0.05);
-  // P alone: what the play holds back stays.
+  // P only: the offset that the backlash holds back remains.
   plant::LoopModel p_only = plant1({effect("backlash", {{"deadband", 1.5}})});
   plant::LoopModel p_healthy = plant1({});
   p_only.controller.pid.gains.ki = p_healthy.controller.pid.gains.ki = 0.0;

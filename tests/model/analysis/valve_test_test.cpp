@@ -39,25 +39,24 @@ ValveFigures run(ValveTest test, const std::function<double(double)>& valve) {
 }  // namespace
 
 // The thesis, chapter 7: the lower the air pressure, the larger the dead band.
-TEST_CASE(
-    "with less air the signature of a valve is wider, if it moves faster than the air lets it",
-    "[analysis][valve-test]") {
+TEST_CASE("with less air the signature of a valve is wider, if it moves faster than the air allows",
+          "[analysis][valve-test]") {
   const auto scan = [](ValveTest test, double rate) {
     effects::LowAirSupply air({.rate = rate}, kSettings.sample_time_s);
     air.reset(5.0);
     return run(test, [&](double u) { return air.step(u); });
   };
-  // The ramp goes 6 in 50 s, 0.12 a second.
+  // The ramp rises by 6 in 50 s, 0.12 per second.
   CHECK(scan(ValveTest::dynamic_scan, 0.3).at("dead_band_percent") < 0.5);
   const double low = scan(ValveTest::dynamic_scan, 0.1).at("dead_band_percent");
   const double lower = scan(ValveTest::dynamic_scan, 0.06).at("dead_band_percent");
   CHECK(low > 2.0);
   CHECK(lower > 2.0 * low);
-  // Held for long enough, the stem arrives: it is no dead band in the sense of a valve's data sheet.
+  // After a long hold the stem arrives. So this is no dead band as in a valve's data sheet.
   CHECK(scan(ValveTest::static_scan, 0.1).at("dead_band_percent") < 0.5);
 }
 
-TEST_CASE("valve tests measure what a valve was given", "[analysis][valve-test]") {
+TEST_CASE("valve tests measure the parameters of the simulated valve", "[analysis][valve-test]") {
   const auto ideal = [](double u) { return u; };
   effects::Backlash play(0.15);
   play.reset(5.0);
@@ -68,7 +67,7 @@ TEST_CASE("valve tests measure what a valve was given", "[analysis][valve-test]"
         Approx(1.5).epsilon(0.05));
   CHECK(run(ValveTest::dynamic_scan, backlash).at("slope") == Approx(1.0).epsilon(0.02));
 
-  // Play has no stick band: it goes on at once, and back only beyond 1.5 %.
+  // Backlash has no stick band: the valve continues at once, and reverses only after 1.5 %.
   const ValveFigures study = run(ValveTest::step_study, backlash);
   CHECK(study.at("resolution_percent") == Approx(0.1));
   CHECK(study.at("dead_band_percent") == Approx(2.0));
@@ -83,7 +82,7 @@ TEST_CASE("valve tests measure what a valve was given", "[analysis][valve-test]"
   // The first step after each of the two reversals is lost: 2 of 20.
   CHECK(run(ValveTest::stepped_ramp, backlash).at("answered_percent") == Approx(90.0));
 
-  // A lag of 0.5 s: T63 is 0.5 s, T86 1 s, and so in the sines.
+  // A lag of 0.5 s: T63 is 0.5 s and T86 1 s, also with the sines.
   double x = 5.0;
   const auto lag = [&](double u) { return x += (u - x) * (1.0 - std::exp(-0.1 / 0.5)); };
   const ValveFigures step = run(ValveTest::step_change, lag);
@@ -115,7 +114,7 @@ TEST_CASE("the relay finds the limit of stability", "[analysis][relay]") {
   CHECK(relay.result()->tyreus_luyben().kp == Approx(relay.result()->ultimate_gain / 3.2));
 }
 
-TEST_CASE("condition indices are the worst of what is known", "[analysis][condition]") {
+TEST_CASE("condition indices are the worst of the known ones", "[analysis][condition]") {
   const ConditionIndices nothing = condition_indices({});
   CHECK(std::isnan(nothing.valve));
   CHECK(std::isnan(nothing.environment));

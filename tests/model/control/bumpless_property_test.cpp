@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Over pairs of configurations: new settings do not move the output.
+// Tests over pairs of configurations that new settings do not move the output.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -17,7 +17,7 @@ namespace {
 
 constexpr double kPeriod = 0.1;   // s
 constexpr double kSpan = 100.0;   // CO units
-constexpr double kShare = 0.001;  // of the span: the most that CO may leave its course by
+constexpr double kShare = 0.001;  // share of the span: the largest departure of CO from its course
 
 template <class T>
 T any_of(std::initializer_list<T> values) {
@@ -77,7 +77,7 @@ ControllerSettings any_settings() {
 
 }  // namespace
 
-TEST_CASE("whatever a reload changes, CO stays on the course it had under the old settings",
+TEST_CASE("CO stays on its course under the old settings, whatever a reload changes",
           "[control][bumpless]") {
   property::for_all("new settings", 3000, [] {
     const ControllerSettings old_settings = any_settings();
@@ -96,12 +96,12 @@ TEST_CASE("whatever a reload changes, CO stays on the course it had under the ol
                         .valve_position_valid = true};
     controller.step(in);
     controller.request_set_point(property::number(0.0, 100.0));
-    // PV has moved, and stands from then on.
+    // PV has moved, and is constant from then on.
     in.process_variable = property::number(0.0, 100.0);
     const std::int64_t periods = property::integer(2, 200);
     for (std::int64_t k = 0; k < periods; ++k) controller.step(in);
 
-    // Settings whose limits exclude CO are kept back by ControlCycle.
+    // ControlCycle holds back settings whose limits exclude CO.
     const double output = controller.output_commanded();
     new_settings.output.low = std::min(new_settings.output.low, output);
     new_settings.output.high = std::max(new_settings.output.high, output);
@@ -110,7 +110,7 @@ TEST_CASE("whatever a reload changes, CO stays on the course it had under the ol
     controller.configure(new_settings);
     const double course = as_before.step(in).output;
     const ControllerOutput now = controller.step(in);
-    // Where the new limits or the new rate don't let it follow, it lags behind.
+    // The output lags if the new limits or the new rate restrict it.
     const double rate = new_settings.output.rate_per_s;
     const double allowed = std::isfinite(rate) ? rate * kPeriod : kShare * kSpan;
     property::require(now.output >= std::min(course, output) - allowed - 1e-9 &&
@@ -126,8 +126,7 @@ TEST_CASE("whatever a reload changes, CO stays on the course it had under the ol
   });
 }
 
-TEST_CASE("where only the law changes, CO is where the old settings would have had it",
-          "[control][bumpless]") {
+TEST_CASE("if only the law changes, CO has the value of the old settings", "[control][bumpless]") {
   property::for_all("a new law", 1000, [] {
     ControllerSettings settings = any_settings();
     LoopController controller(settings, kPeriod, 50.0, 50.0);
@@ -155,7 +154,7 @@ TEST_CASE("where only the law changes, CO is where the old settings would have h
   });
 }
 
-TEST_CASE("after the period of taking over the new settings have the say", "[control][bumpless]") {
+TEST_CASE("after the period of taking over, the new settings decide", "[control][bumpless]") {
   ControllerSettings s;
   s.pid.gains = {.kp = 1.0, .ki = 1.0};
   LoopController controller(s, kPeriod, 50.0, 30.0);
@@ -170,7 +169,7 @@ TEST_CASE("after the period of taking over the new settings have the say", "[con
         Approx(taken_over + 3.0 * 5.0 * kPeriod + 4.0 * 1.0));
 }
 
-TEST_CASE("an order in the period of new settings moves the output as ordered",
+TEST_CASE("a command in the period of new settings moves the output as requested",
           "[control][bumpless]") {
   ControllerSettings s;
   LoopController controller(s, kPeriod, 50.0, 30.0);
@@ -180,7 +179,7 @@ TEST_CASE("an order in the period of new settings moves the output as ordered",
   controller.configure(s);
   controller.request_output(55.0);
   CHECK(controller.step({.process_variable = 50.0}).output == 55.0);
-  // One that was asked for before, and that the old deadband held back, does not come now.
+  // An earlier request, which the old deadband held back, does not act now.
   controller.request_output(58.0);
   CHECK(controller.step({.process_variable = 50.0}).output == 55.0);
   s.output.deadband = 0.0;
@@ -188,7 +187,7 @@ TEST_CASE("an order in the period of new settings moves the output as ordered",
   CHECK(controller.step({.process_variable = 50.0}).output == 55.0);
 }
 
-TEST_CASE("later orders know nothing of the settings before", "[control][bumpless]") {
+TEST_CASE("later requests are independent of the previous settings", "[control][bumpless]") {
   ControllerSettings s;
   s.output.high = 60.0;
   LoopController controller(s, kPeriod, 50.0, 30.0);
@@ -200,7 +199,7 @@ TEST_CASE("later orders know nothing of the settings before", "[control][bumples
   CHECK(controller.step({.process_variable = 50.0}).output == 70.0);
 }
 
-TEST_CASE("an output that the old limits held does not go at the rate limit",
+TEST_CASE("an output that the old limits held does not move at the rate limit",
           "[control][bumpless]") {
   ControllerSettings s;
   s.pid.gains = {.kp = 2.0, .ki = 0.0};

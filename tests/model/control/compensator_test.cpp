@@ -25,7 +25,7 @@ constexpr double kPeriod = 0.1;  // s
 
 double wave(int k) { return 5.0 + 2.0 * std::sin(2.0 * std::numbers::pi * k / 400.0); }
 
-// Added to a slow sine by a compensator, sample by sample.
+// Returns the correction that a compensator adds to a slow sine, sample by sample.
 std::vector<double> added_to_wave(const CompensatorSettings& settings, int samples = 1200) {
   Compensator c(settings, kPeriod);
   std::vector<double> added;
@@ -75,7 +75,7 @@ Swing swing(const plant::LoopModel& model, double from_s = 1000.0, double to_s =
 
 }  // namespace
 
-TEST_CASE("the knocker pulses at its period, width and amplitude, the way CO goes",
+TEST_CASE("the knocker pulses at its period, width and amplitude, in the direction of CO",
           "[control][compensator]") {
   const std::vector<double> added = added_to_wave({.kind = CompensatorKind::knocker,
                                                    .amplitude = 0.3,
@@ -138,7 +138,7 @@ TEST_CASE("reinforcement and backlash compensation jump at reversals only, and n
   }
 }
 
-TEST_CASE("through its compensator a faulty valve gives what the law asked for",
+TEST_CASE("through its compensator a faulty valve delivers the output of the law",
           "[control][compensator]") {
   const auto worst = [](const CompensatorSettings& settings, auto valve) {
     Compensator c(settings, kPeriod);
@@ -156,15 +156,15 @@ TEST_CASE("through its compensator a faulty valve gives what the law asked for",
   CHECK(worst({}, effects::HysteresisWidth(0.8, 0.0)) > 0.3);
   CHECK(worst({.kind = CompensatorKind::hysteresis, .width = 0.8, .knee = -1.0},
               effects::HysteresisWidth(0.8, -1.0)) < 1e-6);
-  CHECK(worst({.kind = CompensatorKind::hysteresis, .offset = 0.7},
-              effects::HysteresisOffset(0.7)) < 1e-6);
+  CHECK(worst({.kind = CompensatorKind::hysteresis, .offset = 0.7}, effects::HysteresisOffset(0.7)) <
+        1e-6);
   CHECK(worst({}, effects::HysteresisOffset(0.7)) == Approx(0.7));
-  // Backlash: the stem stays half a gap behind, always on the same side of the law.
+  // Backlash: the stem lags by half a gap, always on the same side of the law.
   CHECK(worst({.kind = CompensatorKind::backlash, .gap = 0.6}, effects::Backlash(0.6)) ==
         Approx(0.3).margin(1e-3));
 }
 
-TEST_CASE("the two-move method stops the cycle of a one-parameter sticking valve and stands back",
+TEST_CASE("the two-move method stops the cycle of a one-parameter sticking valve and then pauses",
           "[control][compensator]") {
   plant::LoopModel sticky = plant1();
   sticky.valve_effects = {{.name = "stiction", .parameters = {{"s", 1.0}, {"j", 1.0}}}};
@@ -182,12 +182,12 @@ TEST_CASE("the two-move method stops the cycle of a one-parameter sticking valve
   const Swing offset = swing(sticky);
   CHECK(offset.pv < 1e-6);
   CHECK(offset.rms == Approx(0.3 * 1.2264).margin(0.1));
-  // A load beyond max_mean_error takes it out, and the law meets the load.
+  // A load beyond max_mean_error disengages it, and the law handles the load.
   sticky.disturbances = {
       {.name = "step_disturbance", .parameters = {{"size", -1.5}, {"time", 1200.0}}}};
   const Swing loaded = swing(sticky, 2500.0, 5000.0);
   CHECK(loaded.rms < 0.8);
-  // A set point moved is followed.
+  // A moved set point is followed.
   sticky.disturbances.clear();
   sticky.scenario.set_point.emplace_back(1000.0, 6.5);
   CHECK(swing(sticky, 2500.0, 4000.0).rms < 0.6);
@@ -218,7 +218,7 @@ TEST_CASE("the two-move method's first move lasts its time, and a new set point 
   CHECK_FALSE(c.step(in).hold_integral);
 }
 
-TEST_CASE("switching a compensator moves nothing, and what it adds winds nothing up",
+TEST_CASE("switching a compensator doesn't move the output or wind up the integral",
           "[control][compensator]") {
   const auto kind =
       GENERATE(CompensatorKind::knocker, CompensatorKind::two_move, CompensatorKind::reinforcement,
@@ -252,7 +252,7 @@ TEST_CASE("switching a compensator moves nothing, and what it adds winds nothing
     const ControllerOutput out = c.step({.process_variable = pv});
     acted = acted || out.correction != 0.0;
     CHECK(std::abs(out.correction) <= 0.6);
-    // A cycle's own movement of the law, and nothing else.
+    // Only a cycle's own movement of the law.
     if (switches) CHECK(std::abs(out.output - last) < 0.02);
     last = out.output;
     least_move = std::max(least_move, out.output);
@@ -265,7 +265,7 @@ TEST_CASE("switching a compensator moves nothing, and what it adds winds nothing
   c.request_mode(Mode::automatic);
   CHECK(c.step({.process_variable = 5.0}).output == Approx(last).margin(0.02));
 
-  // In shadow the same is asked for and nothing acts.
+  // In shadow the same correction is calculated but not applied.
   settings.compensator = on;
   settings.compensator.shadow = true;
   LoopController plain(
@@ -289,7 +289,7 @@ TEST_CASE("switching a compensator moves nothing, and what it adds winds nothing
   CHECK(asked);
 }
 
-TEST_CASE("the integral that the two-move method held goes on when it no longer acts",
+TEST_CASE("the integral that the two-move method held resumes when it no longer acts",
           "[control][compensator]") {
   ControllerSettings settings;
   settings.pid = {.gains = {.kp = 0.2, .ki = 0.02}, .output_high = 10.0};
@@ -347,7 +347,7 @@ TEST_CASE("the first of two moves lasts its time after CO has arrived", "[contro
   TwoMove law(settings, kPeriod_s);
   law.reset(5.0);
   const OutputLimits limits{.low = 0.0, .high = 10.0, .rate_per_s = rate_per_s};
-  // Two equal cycles of a triangle are learnt from.
+  // It learns from two equal cycles of a triangle.
   double co = 5.0;
   double virtual_co = 5.0;
   double largest = 0.0;

@@ -43,7 +43,7 @@ TEST_CASE("a new controller is in manual and keeps its output", "[control][modes
 }
 
 TEST_CASE("manual to automatic is bumpless", "[control][modes]") {
-  SECTION("with set-point tracking nothing moves at all") {
+  SECTION("with set-point tracking neither output nor set point moves") {
     LoopController controller(settings(), kPeriod, 50.0, 30.0);
     controller.step(pv(42.0));
     controller.request_mode(Mode::automatic);
@@ -52,7 +52,7 @@ TEST_CASE("manual to automatic is bumpless", "[control][modes]") {
     CHECK(out.set_point == 42.0);
     CHECK(out.output == 30.0);
   }
-  SECTION("without it by one period's integral action") {
+  SECTION("without tracking, the output moves by one period's integral action") {
     ControllerSettings s = settings();
     s.set_point_tracks_in_manual = false;
     LoopController controller(s, kPeriod, 50.0, 30.0);
@@ -63,7 +63,7 @@ TEST_CASE("manual to automatic is bumpless", "[control][modes]") {
   }
 }
 
-TEST_CASE("automatic to manual holds what stands", "[control][modes]") {
+TEST_CASE("automatic to manual holds the present output", "[control][modes]") {
   LoopController controller = automatic(settings(), 50.0, 30.0);
   double output = 0.0;
   for (int k = 0; k < 20; ++k) output = controller.step(pv(45.0)).output;
@@ -71,11 +71,11 @@ TEST_CASE("automatic to manual holds what stands", "[control][modes]") {
   const ControllerOutput out = controller.step(pv(45.0));
   CHECK(out.mode == Mode::manual);
   CHECK(out.output == output);
-  controller.request_mode(Mode::manual);  // asked for again: still nothing moves
+  controller.request_mode(Mode::manual);  // asked for again: the output still doesn't move
   CHECK(controller.step(pv(20.0)).output == output);
 }
 
-TEST_CASE("to ask for manual once more does not stop an output on its way", "[control][modes]") {
+TEST_CASE("a repeated request for manual does not stop an output on its way", "[control][modes]") {
   ControllerSettings s = settings();
   s.output.rate_per_s = 10.0;
   LoopController controller(s, kPeriod, 50.0, 30.0);
@@ -87,7 +87,7 @@ TEST_CASE("to ask for manual once more does not stop an output on its way", "[co
   CHECK(output == 40.0);
 }
 
-TEST_CASE("out of fallback every way is bumpless", "[control][modes]") {
+TEST_CASE("every way out of fallback is bumpless", "[control][modes]") {
   LoopController controller = automatic(settings(), 50.0, 30.0);
   for (int k = 0; k < 20; ++k) controller.step(pv(45.0));
   ControllerOutput out{};
@@ -102,13 +102,13 @@ TEST_CASE("out of fallback every way is bumpless", "[control][modes]") {
   SECTION("to automatic without an error, not at all") {
     CHECK(controller.step(pv(50.0)).output == Approx(12.0).epsilon(1e-15));
   }
-  SECTION("to manual, where it went") {
+  SECTION("to manual, at the present output") {
     controller.request_mode(Mode::manual);
     CHECK(controller.step(pv(44.0)).output == 12.0);
   }
 }
 
-TEST_CASE("fallback in manual does not go back to the old wish", "[control][modes]") {
+TEST_CASE("fallback in manual does not return to the old request", "[control][modes]") {
   LoopController controller(settings(), kPeriod, 50.0, 30.0);
   controller.request_output(70.0);
   controller.step(pv(45.0));
@@ -116,14 +116,14 @@ TEST_CASE("fallback in manual does not go back to the old wish", "[control][mode
   CHECK(controller.step(pv(45.0)).output == 5.0);
 }
 
-TEST_CASE("holding in fallback holds what really went out", "[control][modes]") {
+TEST_CASE("holding in fallback holds the output that was really applied", "[control][modes]") {
   LoopController controller = automatic(settings(), 50.0, 30.0);
   controller.step(pv(45.0));
   controller.applied(29.0);
   CHECK(controller.step_fallback(OutputAction::hold()).output == 29.0);
 }
 
-TEST_CASE("fallback goes to its value at the output's rate", "[control][modes]") {
+TEST_CASE("fallback moves to its value at the output's rate", "[control][modes]") {
   ControllerSettings s = settings();
   s.output.rate_per_s = 10.0;
   LoopController controller = automatic(s, 50.0, 30.0);
@@ -140,7 +140,7 @@ TEST_CASE("an operator can't ask for fallback", "[control][modes]") {
   CHECK(controller.requested_mode() == Mode::manual);
 }
 
-TEST_CASE("requests that are not finite change nothing", "[control][modes]") {
+TEST_CASE("requests that are not finite are ignored", "[control][modes]") {
   const double bad = GENERATE(values({kNan, kInfinity, -kInfinity}));
   CAPTURE(bad);
   LoopController controller(settings(), kPeriod, 50.0, 30.0);
@@ -190,7 +190,7 @@ TEST_CASE("the set point ramps, and from PV after a change of mode", "[control][
   CHECK(controller.step(pv(47.0)).set_point == Approx(47.1));
 }
 
-TEST_CASE("new limits of the set point hold at once", "[control][modes]") {
+TEST_CASE("new limits of the set point act at once", "[control][modes]") {
   ControllerSettings s = settings();
   LoopController controller = automatic(s, 50.0, 30.0);
   controller.step(pv(50.0));
@@ -200,19 +200,19 @@ TEST_CASE("new limits of the set point hold at once", "[control][modes]") {
   CHECK(controller.set_point_target() == 40.0);
 }
 
-TEST_CASE("retuning while running moves nothing", "[control][modes]") {
+TEST_CASE("retuning while running doesn't move the output", "[control][modes]") {
   ControllerSettings s = settings();
   LoopController controller = automatic(s, 50.0, 30.0);
   ControllerOutput out{};
   for (int k = 0; k < 10; ++k) out = controller.step(pv(48.0));
   s.pid.gains = {.kp = 5.0, .ki = 0.1};
   controller.configure(s);
-  out.output += 0.5 * 2.0 * kPeriod;  // as it would have gone
+  out.output += 0.5 * 2.0 * kPeriod;  // as without retuning
   CHECK(controller.step(pv(48.0)).output == Approx(out.output));
   CHECK(controller.step(pv(48.0)).output == Approx(out.output + 0.1 * 2.0 * kPeriod));
 }
 
-TEST_CASE("the output's own limits hold in every mode", "[control][limits]") {
+TEST_CASE("the output's own limits act in every mode", "[control][limits]") {
   ControllerSettings s = settings();
   s.output.low = 20.0;
   s.output.high = 80.0;
@@ -229,9 +229,9 @@ TEST_CASE("the output's own limits hold in every mode", "[control][limits]") {
   CHECK(out.output <= 80.0);
 }
 
-TEST_CASE("anti-windup goes by what really went out", "[control][limits]") {
+TEST_CASE("anti-windup uses the output that was really applied", "[control][limits]") {
   const auto kind = GENERATE(AntiWindup::back_calculation, AntiWindup::conditional);
-  // SP - PV = 10 for a long time, then -1. How long until the output turns down by 1?
+  // SP - PV = 10 for a long time, then -1. Returns the periods until the output has fallen by 1.
   const auto periods_to_turn = [&](auto&& restrain, ControllerSettings s) {
     s.pid.anti_windup = kind;
     LoopController controller = automatic(s, 50.0, 30.0);
@@ -252,12 +252,12 @@ TEST_CASE("anti-windup goes by what really went out", "[control][limits]") {
   const auto free = [](LoopController&, double) {};
 
   ControllerSettings s = settings();
-  SECTION("a device that goes no farther than 60") {
+  SECTION("a device that stops at 60") {
     const auto device = [](LoopController& c, double out) { c.applied(std::min(out, 60.0)); };
     CHECK(periods_to_turn(device, s) <= 30);
   }
   SECTION("the output's rate limit") {
-    // 0.05 CO units a period, while the integral alone would take ten times as much.
+    // 0.05 CO units per period, while the integral would move it ten times as fast.
     s.output.rate_per_s = 0.5;
     CHECK(periods_to_turn(free, s) <= 60);
   }
@@ -274,7 +274,7 @@ TEST_CASE("the deadband holds the output, not the integral", "[control][limits]"
   s.pid.anti_windup = kind;
   s.output.deadband = 2.0;
   LoopController controller = automatic(s, 50.0, 30.0);
-  // Ki e = 0.1 a second: 2 CO units take 20 s.
+  // Ki e = 0.1 per second: 2 CO units take 20 s.
   int periods = 0;
   while (controller.step(pv(49.8)).output == 30.0 && periods < 1000) ++periods;
   CHECK(periods == Approx(200).margin(2));
@@ -294,18 +294,19 @@ TEST_CASE("a ramp finer than the converter's resolution arrives", "[control][lim
   CHECK(device == Approx(31.0));
 }
 
-TEST_CASE("a rate-limited step starts where the device really stands", "[control][limits]") {
+TEST_CASE("a rate-limited step starts from the actual position of the device",
+          "[control][limits]") {
   ControllerSettings s = settings();
   s.output.rate_per_s = 10.0;
   s.pid.tolerance = 0.05;
   LoopController controller(s, kPeriod, 50.0, 30.0);
   controller.request_output(60.0);
   controller.step(pv(50.0));
-  controller.applied(20.0);  // somebody else moved it
+  controller.applied(20.0);  // another program moved it
   CHECK(controller.step(pv(50.0)).output == Approx(21.0));
 }
 
-TEST_CASE("the jacket acts on the integral, or in shadow only says what it would do",
+TEST_CASE("the jacket acts on the integral, or in shadow only reports what it would do",
           "[control][jacket]") {
   ControllerSettings s = settings();
   s.jacket.form = JacketForm::paper;

@@ -9,7 +9,7 @@ namespace output_limiter_test {
 
 using namespace loopwarden::control;
 
-TEST_CASE("output stays in its range and says where it ended", "[control][limits]") {
+TEST_CASE("output stays in its range and reports which limit it reached", "[control][limits]") {
   const OutputLimits limits{.low = 10.0, .high = 90.0};
   const Limited high = limit_output(limits, 95.0, 50.0, 0.1);
   CHECK(high.output == 90.0);
@@ -34,12 +34,12 @@ TEST_CASE("output moves no faster than its rate", "[control][limits]") {
   CHECK_FALSE(limit_output(limits, 50.3, 50.0, 0.1).rate_limited);
 }
 
-TEST_CASE("small moves are spared", "[control][limits]") {
+TEST_CASE("small moves are suppressed", "[control][limits]") {
   const OutputLimits limits{.deadband = 0.5};
   CHECK(limit_output(limits, 50.4, 50.0, 0.1).output == 50.0);
   CHECK(limit_output(limits, 49.6, 50.0, 0.1).output == 50.0);
   CHECK(limit_output(limits, 50.5, 50.0, 0.1).output == 50.5);
-  CHECK(limit_output(limits, 0.3, 0.0, 0.1).output == 0.0);  // away from a limit as well
+  CHECK(limit_output(limits, 0.3, 0.0, 0.1).output == 0.0);  // also away from a limit
   CHECK(limit_output(limits, 99.7, 100.0, 0.1).output == 100.0);
 }
 
@@ -65,13 +65,14 @@ TEST_CASE("a rate limit with steps below the deadband doesn't hold the output",
   CHECK(output == Approx(60.0).margin(0.5));
 }
 
-TEST_CASE("an output outside new limits comes in, deadband or not", "[control][limits]") {
+TEST_CASE("an output outside new limits returns into them, deadband or not", "[control][limits]") {
   const OutputLimits limits{.low = 20.0, .high = 80.0, .deadband = 5.0};
   CHECK(limit_output(limits, 20.5, 18.0, 0.1).output == 20.5);
   CHECK(limit_output(limits, 79.0, 82.0, 0.1).output == 79.0);
 }
 
-TEST_CASE("what is not a number is passed on for the caller to refuse", "[control][limits]") {
+TEST_CASE("a value that is not a number is passed on for the caller to refuse",
+          "[control][limits]") {
   const OutputLimits limits{.rate_per_s = 1.0, .deadband = 0.5};
   CHECK(
       std::isnan(limit_output(limits, std::numeric_limits<double>::quiet_NaN(), 50.0, 0.1).output));

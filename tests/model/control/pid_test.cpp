@@ -65,14 +65,14 @@ double seconds_to_leave_the_limit(AntiWindup kind, double long_s) {
 
 }  // namespace
 
-TEST_CASE("the positional law, by hand", "[control][pid]") {
+TEST_CASE("the positional law, calculated on paper", "[control][pid]") {
   Pid pid(pi(2.0, 0.5), kPeriod);
   pid.initialise(4.0, 3.0, 3.0);
   // e = 1: I = 4 + 0.5 * 1 * 0.1 = 4.05, u = 2 + 4.05
   CHECK(pid.step(3.0, 2.0, 4.0, 0.0) == Approx(6.05));
   // e = -0.5: I = 4.05 - 0.025, u = -1 + 4.025
   CHECK(pid.step(3.0, 3.5, 6.05, 0.0) == Approx(3.025));
-  // A rate from outside is integrated with it: I = 4.025 + 0.1 * 0.7
+  // An external rate is added to it: I = 4.025 + 0.1 * 0.7
   CHECK(pid.step(3.0, 3.0, 3.025, 0.7) == Approx(4.095));
 }
 
@@ -121,7 +121,7 @@ TEST_CASE("the integral is held within the span and never pushed", "[control][pi
     for (int k = 0; k < 50; ++k) pid.step(-1.0, 0.0, 0.0, 0.0);
     CHECK(pid.integral() == -10.0);
   }
-  SECTION("one that starts outside stays where it is, and may come in") {
+  SECTION("an output that starts outside stays there, and may move inwards") {
     pid.initialise(14.0, 0.0, 0.0);
     CHECK(pid.step(0.0, 0.0, 14.0, 0.0) == 14.0);
     CHECK(pid.step(1.0, 0.0, 14.0, 0.0) == 14.0);
@@ -141,7 +141,7 @@ TEST_CASE("anti-windup lets the output leave its limit soon", "[control][pid]") 
   // In balance the excess is Ki e Tt = 2, so that I = 12 - 4 = 8 when PV crosses.
   CHECK(tracked == 0.0);
   CHECK(conditional == 0.0);
-  // And none remembers how long the saturation lasted.
+  // Neither method depends on how long the saturation lasted.
   CHECK(seconds_to_leave_the_limit(AntiWindup::back_calculation, 600.0) == tracked);
   CHECK(seconds_to_leave_the_limit(AntiWindup::conditional, 600.0) == conditional);
 }
@@ -153,7 +153,7 @@ TEST_CASE("back-calculation settles where the tracking balances the error", "[co
   Pid pid(settings, kPeriod);
   pid.initialise(5.0, 5.0, 5.0);
   double u = 0.0;
-  // What went out is held at 6 by something downstream: u - 6 = Ki e Tt.
+  // A device downstream holds the output at 6: u - 6 = Ki e Tt.
   for (int k = 0; k < 1000; ++k) u = pid.step(5.0, 4.0, 6.0, 0.0);
   CHECK(u - 6.0 == Approx(0.5 * 1.0 * 2.0));
 
@@ -171,7 +171,7 @@ TEST_CASE("back-calculation settles where the tracking balances the error", "[co
   }
 }
 
-TEST_CASE("a controller without integral action has none to track with", "[control][pid]") {
+TEST_CASE("a controller without integral action has no integral for tracking", "[control][pid]") {
   PidSettings settings = pi(1.0, 0.0);
   settings.anti_windup = AntiWindup::back_calculation;
   Pid pid(settings, kPeriod);
@@ -180,23 +180,24 @@ TEST_CASE("a controller without integral action has none to track with", "[contr
   CHECK(pid.step(5.0, 5.0, 10.0, 0.0) == 5.0);
 }
 
-TEST_CASE("conditional integration stops only what would drive further away", "[control][pid]") {
+TEST_CASE("conditional integration stops only the integration that would drive further away",
+          "[control][pid]") {
   PidSettings settings = pi(1.0, 0.5);
   settings.anti_windup = AntiWindup::conditional;
   Pid pid(settings, kPeriod);
   pid.initialise(5.0, 5.0, 5.0);
   pid.step(5.0, 4.0, 5.0, 0.0);
   const double held = pid.integral();
-  pid.step(5.0, 4.0, 3.0, 0.0);  // less went out than was asked for
+  pid.step(5.0, 4.0, 3.0, 0.0);  // less was applied than requested
   CHECK(pid.integral() == held);
   pid.step(5.0, 6.0, 3.0, 0.0);  // the error turned: integration helps
   CHECK(pid.integral() == Approx(held - 0.05));
-  pid.step(5.0, 4.0, 9.0, 0.0);  // more went out than was asked for: integration up helps
+  pid.step(5.0, 4.0, 9.0, 0.0);  // more was applied than requested: integration upwards helps
   CHECK(pid.integral() == Approx(held));
   CHECK(pid.error(5.0, 4.0) == 1.0);
   const double u = pid.step(5.0, 4.0, 9.0, 0.0);
   const double before = pid.integral();
-  pid.step(5.0, 4.0, u - 0.01, 0.0);  // however little
+  pid.step(5.0, 4.0, u - 0.01, 0.0);  // by a small amount
   CHECK(pid.integral() == before);
 }
 
@@ -250,7 +251,7 @@ TEST_CASE("the derivative is filtered with its time constant", "[control][pid]")
   settings.gains.derivative_filter_s = 0.5;
   Pid pid(settings, kPeriod);
   pid.initialise(5.0, 0.0, 0.0);
-  // Ramp of 1 PV unit/s: the filtered derivative goes to -2 as 1 - exp(-t / Tf).
+  // Ramp of 1 PV unit/s: the filtered derivative approaches -2 as 1 - exp(-t / Tf).
   for (int k = 1; k <= 20; ++k) {
     const double t = k * kPeriod;
     REQUIRE(pid.step(0.0, t, 5.0, 0.0) == Approx(5.0 - 2.0 * (1.0 - std::exp(-t / 0.5))));
@@ -265,7 +266,7 @@ TEST_CASE("settings changed while running give no bump", "[control][pid]") {
   settings.output_high = 100.0;
   Pid pid(settings, kPeriod);
   pid.initialise(5.0, 3.0, 3.0);
-  // A PV in steady motion, so that every term is at work.
+  // PV moves steadily, so that every term is active.
   double pv = 3.0;
   constexpr double kSlope = -0.2;  // PV units/s
   double u = 5.0;
@@ -288,14 +289,14 @@ TEST_CASE("settings changed while running give no bump", "[control][pid]") {
   }
   pid.configure(settings);
   run(1);
-  // One period's own movement of the three terms, at the new gains, is all there may be.
+  // Only one period's movement of the three terms, at the new gains, is allowed.
   const PidGains& gains = settings.gains;
   const double own = (gains.kp * std::abs(kSlope) + gains.ki * (error + 0.02)) * kPeriod +
                      0.02 * gains.kd * std::abs(kSlope);
   CHECK(std::abs(u - before) <= own + 1e-9);
 }
 
-TEST_CASE("starting at an output goes on from it", "[control][pid]") {
+TEST_CASE("a controller initialised at an output continues from it", "[control][pid]") {
   Pid pid(pi(3.0, 0.5), kPeriod);
   SECTION("with no error exactly") {
     pid.initialise(7.3, 4.0, 4.0);

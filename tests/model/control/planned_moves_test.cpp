@@ -73,7 +73,7 @@ struct Run {
   }
 };
 
-// A loop, one period after the other.
+// Runs a loop period by period.
 struct Bench {
   explicit Bench(const plant::LoopModel& m)
       : plant(m, m.scenario.seed),
@@ -104,10 +104,10 @@ struct Bench {
   plant::Plant plant;
   LoopController controller;
   double co = 0.0;
-  std::function<double(double)> to_valve;  // what comes of CO at the stem
+  std::function<double(double)> to_valve;  // the valve's response to CO at the stem
 };
 
-// `read_back`: what is read when the stem is there; `set_point` where the scenario's is not wanted.
+// `read_back` maps the stem to its read-back. `set_point` replaces the scenario's.
 Run run(const plant::LoopModel& m, double duration_s,
         const std::function<ReadBack(double time_s, double stem)>& read_back = {},
         const std::function<double(double time_s)>& set_point = {}) {
@@ -137,7 +137,7 @@ Run run(const plant::LoopModel& m, double duration_s,
 
 }  // namespace
 
-TEST_CASE("planned moves calm a loop whose valve sticks, with and without read-back",
+TEST_CASE("planned moves stop the cycle of a sticking valve, with and without read-back",
           "[control][planned_moves]") {
   const std::string law = GENERATE("choudhury", "he", "karnopp");
   const double load = GENERATE(0.0, 0.008);
@@ -168,7 +168,7 @@ TEST_CASE("s and j that are off by 30 % are learnt from the read-back",
   CHECK(with.state.j == Approx(kJ).epsilon(0.15));
 }
 
-TEST_CASE("a healthy valve follows the probe and is given back for good",
+TEST_CASE("a healthy valve follows the probe, and the moves disengage for good",
           "[control][planned_moves]") {
   plant::LoopModel m = loop("none");
   m.valve_effects = {{.name = "positioner_lag", .parameters = {{"time_constant", 1.5}}}};
@@ -193,14 +193,14 @@ TEST_CASE("a loop that does not cycle is left alone", "[control][planned_moves]"
   CHECK(with.co == without.co);
 }
 
-TEST_CASE("CO stands still while the read-back is lost in a move", "[control][planned_moves]") {
+TEST_CASE("CO is held while the read-back is lost in a move", "[control][planned_moves]") {
   plant::LoopModel m = loop("karnopp", 0.012);
   m.controller.compensator = moves(0.012);
   const Run whole = run(m, 4000.0);
   const std::size_t move = whole.first(MovePhase::moving);
   REQUIRE(move < whole.co.size());
   const double move_s = static_cast<double>(move) * m.sample_time_s;
-  // A stem that seems to stand is pushed on.
+  // A stem that seems to stick is pushed further.
   const auto stands = [&](double lost_s) {
     return [&, lost_s, place = 0.0](double time_s, double stem) mutable {
       if (time_s <= move_s) place = stem;
@@ -217,7 +217,7 @@ TEST_CASE("CO stands still while the read-back is lost in a move", "[control][pl
   CHECK(lost.co[push + 5] == lost.co[push + 3]);
 }
 
-TEST_CASE("a read-back that is lost gives the loop back without a bump",
+TEST_CASE("after the loss of the read-back the moves disengage without a bump",
           "[control][planned_moves]") {
   plant::LoopModel m = loop("choudhury");
   m.controller.compensator = moves();
@@ -229,11 +229,11 @@ TEST_CASE("a read-back that is lost gives the loop back without a bump",
   const std::size_t given = with.first(MovePhase::given_back);
   REQUIRE(given >= 25000);
   REQUIRE(given < with.co.size());
-  // What the law itself makes of noise.
+  // Only the law's own response to noise.
   CHECK(std::abs(with.co[given] - with.co[given - 1]) < 0.05);
 }
 
-TEST_CASE("a read-back that froze or moved by itself is not believed", "[control][planned_moves]") {
+TEST_CASE("a read-back that froze or moved by itself is not trusted", "[control][planned_moves]") {
   const bool frozen = GENERATE(true, false);
   plant::LoopModel m = loop("choudhury", 0.01);
   m.controller.compensator = moves(0.01);
@@ -248,7 +248,7 @@ TEST_CASE("a read-back that froze or moved by itself is not believed", "[control
         with.phase.end());
 }
 
-TEST_CASE("a valve that was repaired is given back", "[control][planned_moves]") {
+TEST_CASE("a repaired valve disengages the moves", "[control][planned_moves]") {
   plant::LoopModel m = loop("choudhury", 0.01);
   m.scenario.faults = {{.effect = m.valve_effects.front(), .schedule = {.to_s = 3000.0}}};
   m.valve_effects.clear();
@@ -259,10 +259,10 @@ TEST_CASE("a valve that was repaired is given back", "[control][planned_moves]")
   CHECK(with.state.reason == GivenBack::valve_follows);
 }
 
-TEST_CASE("a valve that was repaired while nothing moves is probed, and given back",
+TEST_CASE("a valve that is repaired while CO is held is probed, and the moves disengage",
           "[control][planned_moves]") {
   plant::LoopModel m = loop("choudhury");
-  m.valve_effects.front().parameters.at("j") = 0.98 * kS;  // nothing moves when friction goes
+  m.valve_effects.front().parameters.at("j") = 0.98 * kS;  // CO is held when friction ends
   m.scenario.faults = {{.effect = m.valve_effects.front(), .schedule = {.to_s = 3000.0}}};
   m.valve_effects.clear();
   m.controller.compensator = moves();
@@ -273,7 +273,7 @@ TEST_CASE("a valve that was repaired while nothing moves is probed, and given ba
   CHECK(with.state.reason == GivenBack::valve_follows);
 }
 
-TEST_CASE("a read-back that comes late gives the loop back for good after one move",
+TEST_CASE("a late read-back disengages the moves for good after one move",
           "[control][planned_moves]") {
   plant::LoopModel m = loop("karnopp", 0.01);
   m.controller.compensator = moves(0.01);
@@ -288,13 +288,13 @@ TEST_CASE("a read-back that comes late gives the loop back for good after one mo
   CHECK(with.state.for_good);
 }
 
-TEST_CASE("on a process that integrates the loop is given back", "[control][planned_moves]") {
+TEST_CASE("on an integrating process the moves disengage", "[control][planned_moves]") {
   plant::LoopModel m = loop("choudhury");
   m.process = {.gain = 0.1, .dead_time_s = 2.0, .kind = plant::ProcessKind::integrating};
   m.controller.pid.gains = {.kp = 1.5, .ki = 0.05};
   const Run without = run(m, 8000.0);
   m.controller.compensator = moves();
-  m.controller.compensator.planned.gain = 2.0;  // as a lag of 20 s would have it
+  m.controller.compensator.planned.gain = 2.0;  // like a lag of 20 s
   m.controller.compensator.planned.time_constant_s = 20.0;
   const Run with = run(m, 8000.0);
   REQUIRE(with.was(MovePhase::probing));
@@ -335,7 +335,7 @@ TEST_CASE("no move is longer and no hour has more than allowed", "[control][plan
     return std::fmod(time_s, 2.0 * limit.set_point_stands_s) < limit.set_point_stands_s ? 8.0 : 7.0;
   });
   REQUIRE(with.was(MovePhase::moving));
-  // A detour is away and there.
+  // A detour consists of a move away and a move back.
   std::vector<double> made_s;
   for (std::size_t k = 1; k < with.phase.size(); ++k) {
     const MovePhase phase = with.phase[k];
@@ -359,12 +359,13 @@ TEST_CASE("a move that is longer than allowed is not made in another way",
           "[control][planned_moves]") {
   plant::LoopModel m = loop("he", 0.02);
   m.controller.compensator = moves(0.02);
-  m.controller.compensator.planned.max_move = kJ;  // a detour alone is longer
+  m.controller.compensator.planned.max_move = kJ;  // even a detour is longer
   const Run with = run(m, 4000.0);
   CHECK_FALSE(with.was(MovePhase::backing_off));
 }
 
-TEST_CASE("a shadow changes nothing and says what it would gain", "[control][planned_moves]") {
+TEST_CASE("a shadow leaves the output unchanged and reports its expected gain",
+          "[control][planned_moves]") {
   plant::LoopModel m = loop("karnopp");
   const Run without = run(m, 4000.0);
   m.controller.compensator = moves();
@@ -376,7 +377,8 @@ TEST_CASE("a shadow changes nothing and says what it would gain", "[control][pla
   CHECK(with.state.gain < 0.5);
 }
 
-TEST_CASE("what a shadow says it gains is what is gained", "[control][planned_moves]") {
+TEST_CASE("the gain that a shadow reports is the gain that acting achieves",
+          "[control][planned_moves]") {
   plant::LoopModel m = loop("karnopp", 0.01);
   m.controller.compensator = moves(0.01);
   const Run acting = run(m, 8000.0);
@@ -384,11 +386,11 @@ TEST_CASE("what a shadow says it gains is what is gained", "[control][planned_mo
   m.controller.compensator.shadow = true;
   const Run shadow = run(m, 8000.0);
   CHECK(shadow.state.gain == Approx(acting.state.gain).margin(0.1));
-  // The real stem's travel is not counted as the shadow's.
+  // The travel of the real stem does not count for the shadow.
   CHECK(static_cast<double>(shadow.state.moves) > 0.7 * acting.state.moves);
 }
 
-TEST_CASE("planned moves that are to act after a shadow go on with what they know",
+TEST_CASE("planned moves that act after a shadow keep what they have learnt",
           "[control][planned_moves]") {
   plant::LoopModel m = loop("choudhury");
   m.controller.compensator = moves();
@@ -411,7 +413,7 @@ TEST_CASE("planned moves that are to act after a shadow go on with what they kno
   CHECK(bench.state().moves == 0);
   CHECK_FALSE(bench.state().shadow);
   CHECK(bench.state().s == Approx(learnt));
-  // Other settings begin anew.
+  // Other settings restart the learning.
   m.controller.compensator.planned.load = 0.01;
   bench.controller.configure(m.controller);
   bench.step();
@@ -449,7 +451,7 @@ TEST_CASE("no hour has more moves than allowed over a time in shadow, or a reloa
     go_on_until(made.front() + 10000);
     m.controller.compensator.shadow = true;
     bench.controller.configure(m.controller);
-    bench.controller.request_set_point(7.5);  // by which it cycles
+    bench.controller.request_set_point(7.5);  // at which it cycles
     go_on_until(made.front() + 32000);
     REQUIRE(bench.state().shadow);
     m.controller.compensator.shadow = false;
@@ -479,7 +481,7 @@ TEST_CASE("a set point that steps just after a move did not move the stem is fol
   bench.controller.request_set_point(8.0);
   bench.steps(30000);
   REQUIRE(bench.state().phase == MovePhase::resting);
-  // From here on the stem breaks loose only where CO goes far.
+  // From here on the stem breaks loose only after a large change of CO.
   bench.to_valve = [held = bench.co](double co) mutable {
     if (std::abs(co - held) > 2.0) held = co;
     return held;
@@ -519,7 +521,7 @@ TEST_CASE("a set point that steps just after the stem slipped by itself is follo
   bench.controller.request_set_point(10.0);
   bench.steps(10);
   CHECK(bench.co > before + 0.5);
-  // Whether the valve still sticks is looked at nevertheless.
+  // The check whether the valve still sticks is made nevertheless.
   CHECK(bench.until(MovePhase::probing, 600));
   CHECK(bench.until(MovePhase::resting, 600));
   CHECK(bench.plant.true_process_variable() == Approx(10.0).margin(0.3));
@@ -545,7 +547,7 @@ TEST_CASE("with a rate limit of the output the loop is no worse than under PI on
   CHECK(with.rms(600) <= 1.1 * without.rms(600));
 }
 
-TEST_CASE("a leg waits until CO has arrived", "[control][planned_moves]") {
+TEST_CASE("a stroke waits until CO has arrived", "[control][planned_moves]") {
   plant::LoopModel m = loop("choudhury", 0.006);
   m.controller.output.rate_per_s = 0.05;
   m.controller.compensator = moves(0.006);
@@ -562,7 +564,8 @@ TEST_CASE("a leg waits until CO has arrived", "[control][planned_moves]") {
   CHECK(legs > 0);
 }
 
-TEST_CASE("a shadow says with a rate limit what is gained with it", "[control][planned_moves]") {
+TEST_CASE("a shadow with a rate limit reports the gain that acting achieves with it",
+          "[control][planned_moves]") {
   plant::LoopModel m = loop("choudhury", 0.006);
   m.controller.output.rate_per_s = GENERATE(0.05, 0.1);
   m.controller.compensator = moves(0.006);
@@ -612,7 +615,7 @@ TEST_CASE("limits that are narrower than the stick band let no move begin",
   for (const double co : with.co) REQUIRE((co >= 5.2 && co <= 5.3));
 }
 
-TEST_CASE("the cycles that are still watched are shown", "[control][planned_moves]") {
+TEST_CASE("the cycles that are still to be watched are shown", "[control][planned_moves]") {
   plant::LoopModel m = loop("choudhury");
   m.controller.compensator = moves();
   Bench bench(m);
@@ -628,7 +631,7 @@ TEST_CASE("the cycles that are still watched are shown", "[control][planned_move
   CHECK(most <= kMostCyclesWatched);
 }
 
-TEST_CASE("units and direction of action change nothing but their numbers",
+TEST_CASE("units and direction of action change only the numbers of the answer",
           "[control][planned_moves]") {
   plant::LoopModel m = loop("he", 0.01);
   m.transmitter.noise = 0.0;
@@ -663,7 +666,7 @@ TEST_CASE("units and direction of action change nothing but their numbers",
   CHECK(mirrored.rms(20000) == Approx(plain.rms(20000)).epsilon(0.1));
 }
 
-TEST_CASE("another sample time calms as well", "[control][planned_moves]") {
+TEST_CASE("the cycle also stops at another sample time", "[control][planned_moves]") {
   const double period_s = GENERATE(0.05, 0.3);
   plant::LoopModel m = loop("karnopp");
   m.sample_time_s = period_s;

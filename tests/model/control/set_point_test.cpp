@@ -24,7 +24,7 @@ TEST_CASE("requests are held within the limits", "[control][set_point]") {
   CHECK(sp.step(0.1) == 2.0);
 }
 
-TEST_CASE("a value that is not finite changes nothing", "[control][set_point]") {
+TEST_CASE("a value that is not finite is ignored", "[control][set_point]") {
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   const double bad =
       GENERATE(values({std::numeric_limits<double>::quiet_NaN(), kInfinity, -kInfinity}));
@@ -35,8 +35,7 @@ TEST_CASE("a value that is not finite changes nothing", "[control][set_point]") 
   CHECK(sp.step(0.1) == 5.0);
 }
 
-TEST_CASE("up and down have rates of their own and the target is met exactly",
-          "[control][set_point]") {
+TEST_CASE("up and down have separate rates and the target is met exactly", "[control][set_point]") {
   SetPoint sp({.low = 0.0, .high = 10.0, .rate_up_per_s = 2.0, .rate_down_per_s = 0.5}, 4.0);
   CHECK(sp.ramped());
   sp.request(4.5);
@@ -49,7 +48,7 @@ TEST_CASE("up and down have rates of their own and the target is met exactly",
   CHECK(sp.step(0.1) == 4.42);
 }
 
-TEST_CASE("a ramp starts again from where it is told", "[control][set_point]") {
+TEST_CASE("a ramp restarts from a given value", "[control][set_point]") {
   SetPoint sp({.low = 0.0, .high = 10.0, .rate_up_per_s = 1.0, .rate_down_per_s = 1.0}, 8.0);
   sp.restart_ramp(3.0);
   CHECK(sp.target() == 8.0);

@@ -32,7 +32,7 @@ JacketInputs inputs(double error, double output, double position) {
 }
 
 // A stem at 5 V that sticks with `slip_error` while the output rises by 0.5 V, then jumps by 0.4 V.
-// The error is still the old one, as in a process with dead time.
+// The error is still the old one, like in a process with dead time.
 StickbandJacket after_slip(double slip_error, JacketSettings s = settings(JacketForm::dwell)) {
   StickbandJacket jacket(s, kPeriod);
   for (double output = 5.0; output < 5.5; output += 0.01) {
@@ -42,8 +42,8 @@ StickbandJacket after_slip(double slip_error, JacketSettings s = settings(Jacket
   return jacket;
 }
 
-// What is left of the integral action at the position after the slip, once the output has gone back
-// by 0.2 V and the stem has not followed: 1 is plain PI.
+// Returns the remaining share of the integral action at the position after the slip, once the
+// output has reversed by 0.2 V and the stem has not followed. 1 is plain PI.
 double share_left(StickbandJacket jacket, double error, double position = 5.4) {
   const double rate = jacket.step(inputs(error, 5.3, position));
   return 1.0 + rate / (kKi * error);
@@ -51,7 +51,7 @@ double share_left(StickbandJacket jacket, double error, double position = 5.4) {
 
 }  // namespace
 
-TEST_CASE("off gives nothing", "[jacket]") {
+TEST_CASE("off gives no correction", "[jacket]") {
   StickbandJacket jacket(settings(JacketForm::off), kPeriod);
   CHECK(jacket.step(inputs(1.0, 6.0, 2.0)) == 0.0);
 }
@@ -82,7 +82,8 @@ TEST_CASE("bounded form never takes more than half of the integral action", "[ja
         inputs(random.uniform(-3.0, 3.0), random.uniform(0.0, 10.0), random.uniform(0.0, 10.0));
     const double rate = jacket.step(in);
     REQUIRE(std::abs(rate) <= std::abs(in.integral_rate) / 2.0);
-    REQUIRE(rate * (in.output - in.valve_position) <= 0.0);  // always against the difference
+    // always against the sign of the difference
+    REQUIRE(rate * (in.output - in.valve_position) <= 0.0);
     largest = std::max(largest, std::abs(rate / in.integral_rate));
   }
   CHECK(largest == Approx(0.5));
@@ -98,7 +99,7 @@ TEST_CASE("bounded form is silent within the dead zone and starts from zero at i
   CHECK(jacket.step(inputs(error, 4.94, 5.0)) == Approx(0.01));
 }
 
-TEST_CASE("a read-back that is not to be trusted switches every form off", "[jacket]") {
+TEST_CASE("an untrusted read-back switches every form off", "[jacket]") {
   const JacketForm form = GENERATE(JacketForm::paper, JacketForm::bounded);
   StickbandJacket jacket(settings(form), kPeriod);
   JacketInputs in = inputs(1.0, 6.0, 5.0);
@@ -113,16 +114,16 @@ TEST_CASE("a read-back that is not to be trusted switches every form off", "[jac
   CHECK(jacket.step(inputs(1.0, 6.0, 5.0)) != 0.0);
 }
 
-TEST_CASE("dwell forgets the valve while its read-back is not to be trusted", "[jacket]") {
+TEST_CASE("dwell forgets the valve while its read-back is untrusted", "[jacket]") {
   StickbandJacket jacket = after_slip(1.0);
   JacketInputs bad = inputs(-0.3, 5.3, 5.4);
-  SECTION("said to be bad") { bad.valve_position_valid = false; }
+  SECTION("reported bad") { bad.valve_position_valid = false; }
   SECTION("not a number") { bad.valve_position = kNan; }
   CHECK(jacket.step(bad) == 0.0);
   CHECK(share_left(jacket, -0.3) == 1.0);
 }
 
-TEST_CASE("an error that is not a number gives nothing and leaves no trace", "[jacket]") {
+TEST_CASE("an error that is not a number gives no correction and leaves no trace", "[jacket]") {
   const JacketForm form = GENERATE(JacketForm::paper, JacketForm::bounded, JacketForm::dwell);
   StickbandJacket jacket(settings(form), kPeriod);
   CHECK(jacket.step(inputs(kNan, 6.0, 5.0)) == 0.0);
@@ -130,7 +131,7 @@ TEST_CASE("an error that is not a number gives nothing and leaves no trace", "[j
   CHECK(std::isfinite(jacket.step(inputs(1.0, 6.0, 5.0))));
 }
 
-TEST_CASE("dwell integrates slowly where the slip has halved the error", "[jacket]") {
+TEST_CASE("dwell integrates slowly if the slip has halved the error", "[jacket]") {
   const double sign = GENERATE(-1.0, 1.0);
   const StickbandJacket jacket = after_slip(sign);
   CHECK(share_left(jacket, -0.02 * sign) == Approx(0.05));
@@ -141,10 +142,10 @@ TEST_CASE("dwell integrates slowly where the slip has halved the error", "[jacke
   CHECK(share_left(jacket, -5.0 * sign) == 1.0);
 }
 
-TEST_CASE("dwell leaves the integral alone until the slip has turned the error round", "[jacket]") {
+TEST_CASE("dwell leaves the integral unchanged until the slip has reversed the error", "[jacket]") {
   StickbandJacket jacket = after_slip(1.0);
   CHECK(share_left(jacket, 0.9) == 1.0);  // dead time: still the old error
-  CHECK(share_left(jacket, 0.2) == 1.0);  // on the way to a new set point
+  CHECK(share_left(jacket, 0.2) == 1.0);  // the loop moves to a new set point
 }
 
 TEST_CASE("dwell compares with the error before the slip, even if PV answers within a period",
@@ -161,7 +162,7 @@ TEST_CASE("dwell keeps the error of the slip while the stem slides on", "[jacket
   CHECK(share_left(jacket, -0.3, 5.5) == Approx(0.05));
 }
 
-TEST_CASE("dwell learns from a stem that comes loose after the output has gone back", "[jacket]") {
+TEST_CASE("dwell learns from a stem that breaks loose after the output has reversed", "[jacket]") {
   StickbandJacket jacket(settings(JacketForm::dwell), kPeriod);
   for (const double output : {5.0, 5.3, 5.02}) jacket.step(inputs(1.0, output, 5.0));
   jacket.step(inputs(1.0, 5.02, 5.2));
@@ -169,21 +170,21 @@ TEST_CASE("dwell learns from a stem that comes loose after the output has gone b
 }
 
 TEST_CASE("dwell treats both signs of a small error alike once it has crossed zero", "[jacket]") {
-  // Else noise would be integrated at two speeds and balance at an error.
+  // Otherwise noise would be integrated at two speeds and balance at an error.
   StickbandJacket jacket = after_slip(1.0);
   jacket.step(inputs(-0.1, 5.3, 5.4));
   CHECK(share_left(jacket, 0.05) == Approx(0.05));
   CHECK(share_left(jacket, -0.05) == Approx(0.05));
 }
 
-TEST_CASE("dwell does nothing before it has seen the valve stick and slip", "[jacket]") {
+TEST_CASE("dwell is inactive until it has seen the valve stick and slip", "[jacket]") {
   StickbandJacket jacket(settings(JacketForm::dwell), kPeriod);
   for (double output = 5.0; output < 6.0; output += 0.01) {
     REQUIRE(jacket.step(inputs(output < 5.5 ? 1.0 : -0.1, output, 5.0)) == 0.0);
   }
 }
 
-TEST_CASE("dwell does nothing while the valve follows", "[jacket]") {
+TEST_CASE("dwell is inactive while the valve follows", "[jacket]") {
   StickbandJacket jacket = after_slip(1.0);
   SECTION("stem and output move together, with a bias of the read-back") {
     for (double output = 5.5; output > 4.5; output -= 0.01) {
@@ -194,7 +195,7 @@ TEST_CASE("dwell does nothing while the valve follows", "[jacket]") {
     CHECK(jacket.step(inputs(-0.1, 5.5, 5.4)) == 0.0);
     CHECK(jacket.step(inputs(-0.1, 5.46, 5.4)) == 0.0);
   }
-  SECTION("a slow stem still comes while the output has hardly turned") {
+  SECTION("a slow stem still moves while the output has hardly reversed") {
     CHECK(jacket.step(inputs(-0.1, 5.47, 5.44)) == 0.0);
   }
   SECTION("both have moved by nearly the same") {
@@ -241,8 +242,7 @@ TEST_CASE("dwell always leaves a twentieth of the integral action, with its sign
   CHECK(least == Approx(0.05));
 }
 
-TEST_CASE("the jacket stands back above the mean error limit and returns below half of it",
-          "[jacket]") {
+TEST_CASE("the jacket pauses above the mean error limit and returns below half of it", "[jacket]") {
   JacketSettings s = settings(JacketForm::bounded);
   s.max_mean_error = 0.5;
   s.mean_error_time_s = 10.0;
@@ -273,7 +273,7 @@ TEST_CASE("the mean error is a first-order mean", "[jacket]") {
   CHECK(jacket.mean_error() == Approx(1.0 - std::exp(-1.0)).epsilon(0.01));
 }
 
-TEST_CASE("dwell keeps learning while it stands back", "[jacket]") {
+TEST_CASE("dwell keeps learning while it pauses", "[jacket]") {
   JacketSettings s = settings(JacketForm::dwell);
   s.max_mean_error = 0.02;
   s.mean_error_time_s = 1.0;
@@ -285,7 +285,7 @@ TEST_CASE("dwell keeps learning while it stands back", "[jacket]") {
   CHECK(share_left(jacket, -0.3) == Approx(0.05));
 }
 
-TEST_CASE("another form starts afresh, other settings keep what was learnt", "[jacket]") {
+TEST_CASE("another form restarts, other settings keep the learnt values", "[jacket]") {
   StickbandJacket jacket = after_slip(1.0);
   SECTION("shadow on") {
     JacketSettings s = settings(JacketForm::dwell);
@@ -300,7 +300,7 @@ TEST_CASE("another form starts afresh, other settings keep what was learnt", "[j
     jacket.configure(settings(JacketForm::dwell));
     CHECK(share_left(jacket, -0.3) == 1.0);
   }
-  SECTION("off, where it does not stand back either") {
+  SECTION("off, without a pause") {
     jacket.configure(settings(JacketForm::off));
     jacket.step(inputs(1.0, 5.5, 5.4));
     CHECK_FALSE(jacket.standing_back());

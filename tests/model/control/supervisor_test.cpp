@@ -30,7 +30,7 @@ Supervisor running(const SafetySettings& s) {
   return supervisor;
 }
 
-// Periods with good conditions until the fault is over.
+// Returns the number of periods with good conditions until the fault ends.
 int periods_to_recover(Supervisor& supervisor) {
   int periods = 1;
   while (supervisor.step(kGood).fault != Fault::none) {
@@ -99,7 +99,7 @@ TEST_CASE("bad PV holds first, then acts", "[control][supervisor]") {
     supervisor.step(kGood);
     CHECK(supervisor.step(kBad).action == OutputAction::go_to(6.0));
   }
-  SECTION("but a PV that came back for the recovery delay does") {
+  SECTION("but a PV that was good for the recovery delay does") {
     periods_to_recover(supervisor);
     CHECK(supervisor.step(kBad).action == OutputAction::hold());
   }
@@ -116,7 +116,8 @@ TEST_CASE("a PV that is bad every other period does not hold the output for ever
   CHECK(supervisor.step({.pv_good = false}).action == OutputAction::go_to(6.0));
 }
 
-TEST_CASE("the wait for a bad PV is full also soon after the start", "[control][supervisor]") {
+TEST_CASE("the wait for a bad PV has its full length also soon after the start",
+          "[control][supervisor]") {
   SafetySettings s = settings();
   s.bad_pv_hold_s = 0.3;
   Supervisor supervisor(s, kPeriod);
@@ -151,7 +152,7 @@ TEST_CASE("a delay of zero ends the fault with its cause", "[control][supervisor
   CHECK(supervisor.step(kGood).fault == Fault::none);
 }
 
-TEST_CASE("recovery goes where the settings say, once", "[control][supervisor]") {
+TEST_CASE("recovery follows the settings, once", "[control][supervisor]") {
   SafetySettings s = settings();
   s.recovery_delay_s = 0.1;
   const auto recovery = GENERATE(Recovery::manual, Recovery::previous_mode);
@@ -164,13 +165,14 @@ TEST_CASE("recovery goes where the settings say, once", "[control][supervisor]")
   CHECK_FALSE(supervisor.step(kGood).to_manual);
 }
 
-TEST_CASE("a lesser fault takes over at once where a graver one ends", "[control][supervisor]") {
+TEST_CASE("a lesser fault takes over at once when a graver one ends", "[control][supervisor]") {
   Supervisor supervisor = running(settings());
   supervisor.step({.enable_open = true, .pv_good = false});
   CHECK(supervisor.step({.pv_good = false}).fault == Fault::bad_pv);
 }
 
-TEST_CASE("nothing happens until something good was read", "[control][supervisor]") {
+TEST_CASE("the supervisor stays in its start state until a good PV was read",
+          "[control][supervisor]") {
   SafetySettings s = settings();
   s.recovery = Recovery::manual;
   Supervisor supervisor(s, kPeriod);
@@ -181,12 +183,12 @@ TEST_CASE("nothing happens until something good was read", "[control][supervisor
     REQUIRE(decision.action == OutputAction::hold());
   }
 
-  SECTION("then the loop starts at once, in the mode it is to start in") {
+  SECTION("then the loop starts at once, in its configured mode") {
     const Decision decision = supervisor.step(kGood);
     CHECK(decision.fault == Fault::none);
     CHECK_FALSE(decision.to_manual);
   }
-  SECTION("a graver fault in between leaves it a start") {
+  SECTION("a graver fault in between still leaves it a start") {
     CHECK(supervisor.step({.enable_open = true, .pv_good = false}).fault == Fault::enable_open);
     CHECK(supervisor.step({.late_cycle = true, .pv_good = false}).fault == Fault::starting);
     CHECK(supervisor.step({.pv_good = false}).fault == Fault::starting);
@@ -200,14 +202,14 @@ TEST_CASE("nothing happens until something good was read", "[control][supervisor
 
 namespace {
 
-// As the cycle does it: what the period brings of the output comes after its faults.
+// As in the cycle: the read-back of the period is processed after its faults.
 Decision period(Supervisor& supervisor, const Conditions& conditions, bool output_known) {
   return supervisor.settle(supervisor.step(conditions), output_known);
 }
 
 }  // namespace
 
-TEST_CASE("where nothing tells the output the loop does not run", "[control][supervisor]") {
+TEST_CASE("a loop whose output is unknown does not run", "[control][supervisor]") {
   SafetySettings s = settings();
   const auto recovery = GENERATE(Recovery::manual, Recovery::previous_mode);
   s.recovery = recovery;
@@ -220,13 +222,13 @@ TEST_CASE("where nothing tells the output the loop does not run", "[control][sup
     REQUIRE(supervisor.fault() == Fault::output_unknown);
   }
 
-  SECTION("it goes on at once, in the mode it had, when something does") {
+  SECTION("it resumes at once, in its previous mode, when the output is known") {
     const Decision decision = period(supervisor, kGood, true);
     CHECK(decision.fault == Fault::none);
     CHECK_FALSE(decision.to_manual);
     CHECK(supervisor.fault() == Fault::none);
   }
-  SECTION("every other fault is graver, but has nothing to start its action from") {
+  SECTION("every other fault is graver, but its action has no output to start from") {
     const Decision bad = period(supervisor, {.pv_good = false}, false);
     CHECK(bad.fault == Fault::bad_pv);
     CHECK(bad.action == OutputAction::hold());
@@ -248,7 +250,7 @@ TEST_CASE("where nothing tells the output the loop does not run", "[control][sup
   }
 }
 
-TEST_CASE("what is learnt in the period shows no fault", "[control][supervisor]") {
+TEST_CASE("a value that is learnt in the period shows no fault", "[control][supervisor]") {
   Supervisor supervisor(settings(), kPeriod);
   CHECK(period(supervisor, kGood, true).fault == Fault::none);
 }
@@ -262,7 +264,7 @@ TEST_CASE("new settings count from the next period", "[control][supervisor]") {
   CHECK(supervisor.step({.pv_good = false}).action == OutputAction::hold());
 }
 
-TEST_CASE("every fault has a text of its own", "[control][supervisor]") {
+TEST_CASE("every fault has a separate text", "[control][supervisor]") {
   CHECK(to_text(Fault::none) == std::string("none"));
   CHECK(to_text(Fault::starting) == std::string("starting"));
   CHECK(to_text(Fault::bad_pv) == std::string("bad PV"));

@@ -41,7 +41,7 @@ TEST_CASE("the thesis's tuning in both forms gives the same output", "[control][
   }
 }
 
-TEST_CASE("conversion there and back changes nothing", "[control][tuning]") {
+TEST_CASE("conversion there and back keeps the gains", "[control][tuning]") {
   const PidGains gains{.kp = 1.7, .ki = 0.21, .kd = 0.9, .derivative_filter_s = 0.25};
   const PidGains back = from_isa(to_isa(gains, 160.0, 100.0), 160.0, 100.0);
   CHECK(back.kp == Approx(gains.kp));

@@ -16,7 +16,7 @@ ArchivedSignal kept_to(double deviation) {
   return {.kind = ArchiveKind::exception, .deviation = deviation};
 }
 
-TEST_CASE("what is seen from: the coarser of CO and PV, in CO units", "[archive]") {
+TEST_CASE("the limit of detection is the coarser of CO and PV, in CO units", "[archive]") {
   std::vector<double> pv;
   std::vector<double> co;
   for (int k = 0; k < 1000; ++k) {
@@ -29,21 +29,21 @@ TEST_CASE("what is seen from: the coarser of CO and PV, in CO units", "[archive]
   CHECK(std::isinf(sees_from(pv, co, {{.kind = ArchiveKind::unknown}, {}})));
 }
 
-TEST_CASE("a verdict stands only where the archive let it be seen", "[archive]") {
+TEST_CASE("a verdict is valid only if the archive kept the evidence for it", "[archive]") {
   const double span = 100.0;
   const double moves = 20.0;
-  // Nothing was left out.
+  // No value was omitted.
   CHECK_FALSE(hidden(DiagnosisVerdict::valve_effect, Cause::stiction, 0.1, 0.0, moves, span));
   CHECK(hidden(DiagnosisVerdict::valve_effect, Cause::stiction, 0.9, 1.0, moves, span));
   CHECK_FALSE(hidden(DiagnosisVerdict::valve_effect, Cause::stiction, 5.0, 1.0, moves, span));
   CHECK_FALSE(hidden(DiagnosisVerdict::healthy, Cause::none, 0.0, 1.0, moves, span));
   CHECK(hidden(DiagnosisVerdict::healthy, Cause::none, 0.0, 4.0, moves, span));
   CHECK(hidden(DiagnosisVerdict::other_cause, Cause::disturbance, 0.0, 1.0, 2.0, span));
-  // What a gate saw is seen in a coarse record as well.
+  // A finding of a gate is also visible in a coarse record.
   CHECK_FALSE(hidden(DiagnosisVerdict::other_cause, Cause::saturation, 0.0, 4.0, moves, span));
 }
 
-TEST_CASE("a hidden verdict says why and what would settle it", "[archive]") {
+TEST_CASE("a hidden verdict reports the reason and the data that would settle it", "[archive]") {
   Diagnosis d;
   d.verdict = DiagnosisVerdict::valve_effect;
   d.grade = Grade::seen;
@@ -56,7 +56,7 @@ TEST_CASE("a hidden verdict says why and what would settle it", "[archive]") {
   CHECK(d.settle == kHiddenSettle);
 }
 
-TEST_CASE("where values were held, a valve effect needs the play to show it", "[archive]") {
+TEST_CASE("if values were held, a valve effect needs evidence of play", "[archive]") {
   Diagnosis d;
   d.verdict = DiagnosisVerdict::valve_effect;
   d.grade = Grade::seen;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Verdicts on loops whose truth is known.
+// Verdicts on loops with a known cause.
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <limits>
@@ -44,7 +44,7 @@ TEST_CASE("a sticking valve is named, with its band, whatever the units") {
   CHECK(scaled.s == Approx(d.s));
 }
 
-TEST_CASE("a controller that acts the other way round changes nothing") {
+TEST_CASE("the direction of the controller doesn't change the verdict") {
   effects::StictionChoudhury valve({.s = 5.0, .j = 3.0});
   valve.reset(50.0);
   SmallLoop::Run run = SmallLoop{.gain = 0.3, .integral_time = 2.0}.run(
@@ -56,7 +56,7 @@ TEST_CASE("a controller that acts the other way round changes nothing") {
   CHECK(diagnosed(run).probability == Approx(before.probability).margin(0.05));
 }
 
-TEST_CASE("steps of the set point do not hide what the valve does between them") {
+TEST_CASE("steps of the set point do not hide the valve's behaviour between them") {
   const auto step = [](double k) { return square(k / 1200.0); };
   const Series sp = made_of(4800, [&](double k) { return 20.0 * step(k); });
   const Series pv = with_noise(
@@ -71,14 +71,14 @@ TEST_CASE("steps of the set point do not hide what the valve does between them")
   };
   CHECK(phase(sp) > 1.0);
   CHECK(phase({}) < 0.0);
-  // A hold in which CO hardly moves says nothing: the steps themselves are looked at.
+  // A hold in which CO hardly moves has no information, so the steps themselves are examined.
   const Series still =
       with_noise(made_of(4800, [&](double k) { return 50.0 + 15.0 * step(k); }), 0.05, 2);
   CHECK(diagnose({.pv = sp, .co = still, .sp = sp, .sample_time_s = 1.0}, LoopKind::flow)
             .evidence.phase < -2.0);
 }
 
-TEST_CASE("how CO turns in all windows of a loop decides in a window that turns otherwise") {
+TEST_CASE("the reversals of CO in all windows of a loop overrule those of one window") {
   effects::StictionKarnopp valve({.s = 4.0, .j = 3.0}, 0.5);
   valve.reset(50.0);
   const Diagnosis sticky = diagnosed(SmallLoop{.gain = 0.3, .integral_time = 2.0}.run(
@@ -99,12 +99,12 @@ TEST_CASE("how CO turns in all windows of a loop decides in a window that turns 
     share_turns(together);
     return windows[0].verdict;
   };
-  // Neither window has the cycles to know that the phase is kept.
+  // Neither window has enough cycles to show that the phase is kept.
   const Turns kept{
       .count = 8, .travel_scatter = 0.01, .cycle_scatter = 0.01, .four_cycle_scatter = 0.02};
   REQUIRE(kept.by() == TurnsBy::neither);
   CHECK(shared(Follows::at_once, kept, kept) == DiagnosisVerdict::cant_tell);
-  // A window that happens to look like a cycle among others that don't.
+  // A window that looks like a cycle by chance, among others that don't.
   const Turns cycles{.count = 20, .travel_scatter = 0.3, .cycle_scatter = 0.35};
   const Turns wanders{.count = 60, .travel_scatter = 0.8, .cycle_scatter = 0.9};
   CHECK(shared(Follows::by_integration, cycles, wanders) == DiagnosisVerdict::cant_tell);
@@ -144,7 +144,7 @@ TEST_CASE("a valve at its end is called saturation") {
   CHECK(diagnosed(run).cause == Cause::saturation);
 }
 
-TEST_CASE("too little to judge is said, not guessed") {
+TEST_CASE("too little data is reported instead of guessed") {
   const Series pv(50, 1.0);
   const Diagnosis d = diagnose({.pv = pv, .co = pv, .sp = {}});
   CHECK(d.verdict == DiagnosisVerdict::not_enough_data);
@@ -163,7 +163,7 @@ TEST_CASE("the same record gives the same answer") {
 TEST_CASE("a healthy flow valve whose set point moves is healthy, a sticking one is found") {
   effects::StictionChoudhury valve({.s = 5.0, .j = 3.0});
   for (const bool sticky : {false, true}) {
-    // Set points by an operator, and PV that follows within a second.
+    // An operator moves the set point, and PV follows within a second.
     numeric::Random random(3);
     valve.reset(50.0);
     Series pv;
@@ -184,7 +184,7 @@ TEST_CASE("a healthy flow valve whose set point moves is healthy, a sticking one
   }
 }
 
-TEST_CASE("a level whose set point moves is no valve effect, told its kind or not") {
+TEST_CASE("a level whose set point moves is no valve effect, with its kind given or not") {
   numeric::Random random(5);
   Series pv;
   Series co;
@@ -206,7 +206,7 @@ TEST_CASE("a level whose set point moves is no valve effect, told its kind or no
   }
 }
 
-TEST_CASE("a dead line, a dead transmitter and a clamped valve are their own answers") {
+TEST_CASE("a dead line, a dead transmitter and a clamped valve have separate answers") {
   numeric::Random random(8);
   Series co;
   double u = 40.0;
@@ -226,8 +226,8 @@ TEST_CASE("a dead line, a dead transmitter and a clamped valve are their own ans
   CHECK(diagnose({.pv = pv, .co = co, .sp = {}}).cause != Cause::saturation);
 }
 
-// A loop whose CO is at `rest` from `from` to `to`, with PV off SP by `off` meanwhile, and
-// otherwise cycles about SP.
+// A loop whose CO is at `rest` from `from` to `to`, with PV off SP by `off` in that time. Otherwise
+// it cycles about SP.
 struct Resting {
   Series pv, co, sp;
   RoutineRecord record(bool with_sp) const {
@@ -258,7 +258,7 @@ TEST_CASE("CO at a limit for more than a third is saturation, in one piece or th
       CHECK(diagnose(r.record(false)).cause == Cause::saturation);
     }
   }
-  // PV a little below SP, not by many times its noise.
+  // PV is a little below SP, but not by many times its noise.
   for (const double off : {-0.6, -1.0}) {
     Resting r = resting(200, 750, 100.0, 0.0);
     const Series noisy = with_noise(Series(900, 50.0 + off), 0.15, 5);
@@ -266,7 +266,7 @@ TEST_CASE("CO at a limit for more than a third is saturation, in one piece or th
     INFO(off);
     CHECK(diagnose(r.record(true)).cause == Cause::saturation);
   }
-  // An output limit below the end of the span, a stopped controller: PV stays far from SP.
+  // An output limit below the end of the span with a stopped controller: PV stays far from SP.
   for (const double rest : {85.0, 30.0}) {
     CHECK(diagnose(resting(200, 750, rest, -8.0).record(true)).cause == Cause::saturation);
     CHECK(diagnose(resting(0, 900, rest, -8.0).record(true)).cause == Cause::saturation);
@@ -280,10 +280,10 @@ TEST_CASE("CO at rest is no saturation if PV is at SP, the valve is shut, or too
   }
   CHECK(diagnose(resting(200, 750, 60.0, -0.6).record(true)).cause != Cause::saturation);
   CHECK(diagnose(resting(200, 750, 60.0, -8.0).record(false)).cause != Cause::saturation);
-  // Shut on purpose: no flow, although SP was left where it was.
+  // Shut on purpose: no flow, although SP was not changed.
   CHECK(diagnose(resting(200, 750, 0.0, -50.0).record(true)).cause != Cause::saturation);
   CHECK(diagnose(resting(0, 900, 0.0, -50.0).record(true)).cause != Cause::saturation);
-  // In manual, as a mode column says: those samples are missing.
+  // In manual according to a mode column: those samples are missing.
   Resting manual = resting(300, 750, 100.0, -8.0);
   for (std::size_t k = 300; k < 750; ++k) manual.pv[k] = manual.co[k] = std::nan("");
   CHECK(diagnose(manual.record(true)).cause != Cause::saturation);
@@ -341,7 +341,7 @@ TEST_CASE("a tree sends a feature left at its threshold and right above it") {
   tree.leaf.fill(0.0F);
   tree.leaf[6] = 2.0F;
   std::array<Tree, 1> trees{tree};
-  // One tree of the first cause, whose score is then 2 against five times 0.
+  // One tree of the first cause. Its score is 2 against five times 0.
   const CauseProbabilities p = weigh({.base = {}, .trees = trees}, e);
   CHECK(p[0] == Approx(std::exp(2.0) / (std::exp(2.0) + 5.0)));
 }

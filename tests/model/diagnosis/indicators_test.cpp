@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Each indicator on a case of the books, the decision, the kind from a tag, and the verdict of a loop.
+// Each indicator on a textbook case, the decision, the kind from a tag, and the verdict of a loop.
 #include <array>
 #include <catch2/catch.hpp>
 #include <vector>
@@ -25,7 +25,7 @@ double play_of(const Series& pv, const Series& co) {
   return fit_play(three_scales(pv, 40.0), three_scales(co, 40.0), 40.0).evidence;
 }
 
-TEST_CASE("the movement's period is that of a cycle, and four memories of what does not repeat") {
+TEST_CASE("the movement's period is that of the cycle, or half the record without a cycle") {
   const Series co = with_noise(made_of(800, [](double k) { return sine(k / 50.0); }), 0.05, 1);
   CHECK(movement_period(co, co) == Approx(50.0).epsilon(0.04));
   const Series slow = made_of(800, [](double k) { return sine(k / 200.0); });
@@ -33,7 +33,7 @@ TEST_CASE("the movement's period is that of a cycle, and four memories of what d
   CHECK(movement_period(Series(300, 1.0), Series(300, 2.0)) == Approx(150.0));
 }
 
-TEST_CASE("phase: a square wave behind a triangle is odd, PV in step with CO is even") {
+TEST_CASE("phase: a square wave that lags a triangle is odd, PV in step with CO is even") {
   // Horch 1999: CO integrates the error of a valve that jumps from side to side.
   const Series co = triangles();
   const Series jumping = made_of(800, [](double k) { return square(k / 40.0); });
@@ -45,7 +45,7 @@ TEST_CASE("phase: a square wave behind a triangle is odd, PV in step with CO is 
   CHECK(phase_of(Series(800, 0.0), co) < 0.0);
 }
 
-TEST_CASE("play: PV behind a play is explained by it, PV behind none is not") {
+TEST_CASE("play: PV that lags by backlash is explained by it, other PV is not") {
   const Series co = triangles();
   effects::Backlash play(1.0);
   play.reset(0.0);
@@ -68,7 +68,7 @@ TEST_CASE("play: a short lag of transmitter and process is no band") {
 }
 
 TEST_CASE(
-    "Hammerstein: a slipping valve foretells PV better in a closed loop, an ideal one does not") {
+    "Hammerstein: a slipping valve predicts PV better in a closed loop, an ideal one does not") {
   const SmallLoop loop{.gain = 0.3, .integral_time = 2.0, .noise = 0.1};
   effects::StictionChoudhury valve({.s = 5.0, .j = 3.0});
   valve.reset(50.0);
@@ -82,7 +82,7 @@ TEST_CASE(
   CHECK(fit_hammerstein(cycling.pv, cycling.co).evidence < kHammersteinVotes);
 }
 
-TEST_CASE("Hammerstein: CO that only echoes PV through the controller proves nothing") {
+TEST_CASE("Hammerstein: CO that only echoes PV through the controller proves no effect") {
   // PV is a load; CO = -PV in the same block.
   numeric::Random random(6);
   double x = 0.0;
@@ -96,7 +96,7 @@ TEST_CASE("Hammerstein: CO that only echoes PV through the controller proves not
   CHECK(diagnose({.pv = pv, .co = co, .sp = {}}).verdict != DiagnosisVerdict::valve_effect);
 }
 
-TEST_CASE("Hammerstein: one step does not drown the sticking of the rest") {
+TEST_CASE("Hammerstein: one step does not hide the sticking in the other samples") {
   const SmallLoop loop{.gain = 0.3, .integral_time = 2.0, .noise = 0.1};
   effects::StictionChoudhury valve({.s = 5.0, .j = 3.0});
   valve.reset(50.0);
@@ -124,7 +124,7 @@ TEST_CASE("Hammerstein: a valve that reverses less than twice is no evidence") {
   CHECK(found.evidence < 0.05);
 }
 
-TEST_CASE("Hammerstein: a gain that would run away under this controller does not count") {
+TEST_CASE("Hammerstein: a gain that would be unstable under this controller does not count") {
   const SmallLoop loop{.gain = 0.3, .integral_time = 2.0, .noise = 0.1};
   effects::StictionChoudhury valve({.s = 5.0, .j = 3.0});
   valve.reset(50.0);
@@ -144,7 +144,7 @@ ValveEvidence sticky_evidence() {
   return {.phase = 2.5, .play = 0.5, .hammerstein = 0.3, .standing = 0.7, .turns = kByTravel};
 }
 
-TEST_CASE("a valve is seen where CO turns by travel and PV stands, else it is likely") {
+TEST_CASE("a valve is seen if CO reverses by travel and PV is constant, otherwise it is likely") {
   const ValveEvidence e = sticky_evidence();
   CHECK(decide(e, Follows::at_once).grade == Grade::seen);
   ValveEvidence moving = e;
@@ -153,15 +153,14 @@ TEST_CASE("a valve is seen where CO turns by travel and PV stands, else it is li
   ValveEvidence irregular = e;
   irregular.turns = {};
   CHECK(decide(irregular, Follows::at_once).grade == Grade::likely);
-  // Behind a slow process A must speak too.
+  // In a slow process indicator A is needed as well.
   ValveEvidence slow = e;
   slow.hammerstein = 0.1;
   CHECK(decide(e, Follows::by_integration).grade == Grade::seen);
   CHECK(decide(slow, Follows::by_integration).grade != Grade::seen);
 }
 
-TEST_CASE(
-    "a swing that keeps its time, or like clockwork, names no valve whatever else speaks for it") {
+TEST_CASE("a swing with a constant period, or driven from outside, names no valve") {
   for (const Turns& turns : {kByTime, kClockwork}) {
     ValveEvidence e = sticky_evidence();
     e.phase = 4.0;
@@ -176,7 +175,7 @@ TEST_CASE(
       CHECK_FALSE(d.settle.empty());
     }
   }
-  // A counts nothing behind a swing.
+  // A swing doesn't count for indicator A.
   ValveEvidence swing{
       .phase = -1.0, .play = 0.0, .hammerstein = 0.5, .standing = 0.1, .turns = kByTime};
   const double p = decide(swing, Follows::at_once).probability;
@@ -184,7 +183,7 @@ TEST_CASE(
   CHECK(decide(swing, Follows::at_once).probability == p);
 }
 
-TEST_CASE("PV that does not hang on CO tells nothing of the valve") {
+TEST_CASE("PV that does not depend on CO has no information about the valve") {
   ValveEvidence noise = sticky_evidence();
   noise.relation = 0.15;
   const ValveDecision d = decide(noise, Follows::at_once);
@@ -193,7 +192,7 @@ TEST_CASE("PV that does not hang on CO tells nothing of the valve") {
   CHECK(d.probability <= kUnrelatedMost);
 }
 
-TEST_CASE("a band that play and foretelling show counts though set points carry PV along") {
+TEST_CASE("a band that play and prediction show counts even if set points carry PV along") {
   const ValveEvidence carried{.phase = -4.4, .play = 0.25, .hammerstein = 0.4, .standing = 0.2};
   CHECK(decide(carried, Follows::at_once).grade == Grade::likely);
   for (double ValveEvidence::*one : {&ValveEvidence::play, &ValveEvidence::hammerstein}) {
@@ -212,8 +211,8 @@ TEST_CASE("without a band PV that lags CO is no sticking valve") {
   CHECK(decide(banded, Follows::at_once).probability > kDecidedBelow);
 }
 
-TEST_CASE("PV in step with CO, and nothing foretold by a band, is no sticking valve") {
-  // A fast loop in a log that holds its values: a play seems to explain them.
+TEST_CASE("PV in step with CO that no stick band predicts is no sticking valve") {
+  // A fast loop in a log with held values: play seems to explain them.
   const ValveEvidence held{.phase = -4.0, .play = 0.8, .hammerstein = 0.1, .standing = 0.9};
   CHECK(decide(held, Follows::at_once).probability <= kDecidedBelow);
   ValveEvidence later = held;
@@ -221,7 +220,7 @@ TEST_CASE("PV in step with CO, and nothing foretold by a band, is no sticking va
   CHECK(decide(later, Follows::at_once).probability > kDecidedBelow);
 }
 
-TEST_CASE("the decision rises with every witness and stays within its bounds") {
+TEST_CASE("the decision rises with every indicator and stays within its bounds") {
   const ValveEvidence base{.phase = -1.0, .play = 0.01, .hammerstein = 0.05, .standing = 0.2};
   const double p = decide(base, Follows::at_once).probability;
   const auto more = [&](auto change) {
@@ -239,7 +238,7 @@ TEST_CASE("the decision rises with every witness and stays within its bounds") {
         kLeastProbability);
 }
 
-TEST_CASE("a level is accused only where it cycles and PV stands while CO moves") {
+TEST_CASE("a level is accused only if it cycles and PV is constant while CO moves") {
   for (const Follows follows : {Follows::by_integration, Follows::slowly}) {
     CHECK(decide(sticky_evidence(), follows).grade == Grade::seen);
     ValveEvidence wanders = sticky_evidence();
@@ -252,16 +251,16 @@ TEST_CASE("a level is accused only where it cycles and PV stands while CO moves"
       CHECK(d.undecided);
       CHECK_FALSE(d.settle.empty());
     }
-    // A cycle that no swing keeps need not turn by travel.
+    // A cycle without an external swing need not reverse by travel.
     ValveEvidence cycles = sticky_evidence();
     cycles.turns = {.count = 20, .travel_scatter = 0.3, .cycle_scatter = 0.35};
     CHECK(decide(cycles, follows).grade == Grade::likely);
-    // Where PV follows at once the valve may stand in movement of any kind.
+    // If PV follows at once, the valve may stick in any kind of movement.
     CHECK(decide(wanders, Follows::at_once).grade == Grade::likely);
   }
 }
 
-TEST_CASE("phase and play alone name no valve on a level") {
+TEST_CASE("phase and play name no valve on a level without other evidence") {
   ValveEvidence odd = sticky_evidence();
   odd.hammerstein = -0.1;
   for (const Follows follows : {Follows::by_integration, Follows::slowly}) {
@@ -292,7 +291,7 @@ Diagnosis window(DiagnosisVerdict verdict, double probability, Grade grade = Gra
   return d;
 }
 
-TEST_CASE("a loop's verdict is that of its windows together, with the time since") {
+TEST_CASE("a loop's verdict combines its windows, with the time since its cause") {
   const auto healthy = window(DiagnosisVerdict::healthy, 0.1);
   const auto sticky = window(DiagnosisVerdict::valve_effect, 0.9, Grade::seen);
   const auto open = window(DiagnosisVerdict::cant_tell, 0.5);

@@ -21,7 +21,8 @@ struct Columns {
   std::vector<double> pv, co;
 };
 
-// A flow loop under PI at 1 s, all in %: first order, one or two samples of dead time, a load, noise, a valve that sticks.
+// A flow loop under PI at 1 s, all in %: first order, one or two samples of dead time, a load,
+// noise, a sticking valve.
 class FlowLoop {
  public:
   FlowLoop(double time_constant, double kp, double reset_time, double band, double jump,
@@ -35,7 +36,8 @@ class FlowLoop {
         delayed_(dead_time, 50.0),
         valve_(50.0 + 0.4 * band) {}
 
-  // By He's model: the valve stays until CO is half the band and the jump away, then it goes all but the friction's rest.
+  // He's model: the valve stays until CO is half the band plus the jump away. Then it moves all the
+  // way except the friction's rest.
   void step(double push, numeric::Random& random) {
     if (band_ > 0.0) {
       const double away = co_ - valve_;
@@ -62,7 +64,7 @@ class FlowLoop {
  private:
   double time_constant_, kp_, reset_time_, band_, jump_, load_intensity_;
   std::vector<double> delayed_;
-  double valve_;  // off where it ought to be, so that the loop begins to cycle
+  double valve_;  // off its proper position, so that the loop begins to cycle
   double flow_ = 50.0;
   double load_ = 0.0;
   double integral_ = 50.0;
@@ -96,7 +98,8 @@ Two columns_of(FlowLoop& first, FlowLoop& second) {
   return {first.columns, second.columns};
 }
 
-// On one header: where the flow of the one goes up, that of the other goes down, by the same share either way.
+// Two loops on one header: if the flow of one rises, that of the other falls, by the same share
+// either way.
 Two on_header(Sticks sticks, double share, std::uint64_t seed, std::size_t samples = 3000) {
   numeric::Random random(seed);
   FlowLoop first = calm_loop(random, sticks == Sticks::first || sticks == Sticks::both);
@@ -109,7 +112,8 @@ Two on_header(Sticks sticks, double share, std::uint64_t seed, std::size_t sampl
   return columns_of(first, second);
 }
 
-// The first is tuned so tightly that its load swings it; the second has it as its load, behind a lag of some samples.
+// The first is tuned so tightly that its load makes it swing. The second has it as its load, after
+// a lag of some samples.
 Two behind_tight(double share, std::uint64_t seed) {
   numeric::Random random(seed);
   const double time_constant = random.uniform(1.5, 3.0);
@@ -125,7 +129,7 @@ Two behind_tight(double share, std::uint64_t seed) {
   return columns_of(first, second);
 }
 
-// What moves both comes at one moment from elsewhere.
+// Two loops that one cause from elsewhere moves at the same moment.
 Two with_one_load(std::uint64_t seed) {
   numeric::Random random(seed);
   FlowLoop first = calm_loop(random, false);
@@ -155,16 +159,17 @@ TEST_CASE("neighbours: a sticky source pushes a healthy loop on its header, neve
   CHECK(found >= 30);
 }
 
-TEST_CASE("neighbours: a sticky victim is no source of what sticks upstream of it",
-          "[survey][neighbour]") {
-  // Only the second sticks: nothing pushes it.
+TEST_CASE(
+    "neighbours: a sticky loop is not pushed by a healthy one; two sticky ones push each other",
+    "[survey][neighbour]") {
+  // Only the second sticks, and no other loop pushes it.
   std::size_t wrong = 0;
   for (std::uint64_t seed = 101; seed <= 140; ++seed) {
     const Two two = on_header(Sticks::second, 0.3, seed);
     wrong += push(moves(two.first), false, moves(two.second)).has_value();
   }
   CHECK(wrong <= 1);
-  // Where both stick, each pushes the other.
+  // If both stick, each pushes the other.
   std::size_t there = 0;
   std::size_t back = 0;
   for (std::uint64_t seed = 201; seed <= 240; ++seed) {
@@ -178,7 +183,7 @@ TEST_CASE("neighbours: a sticky victim is no source of what sticks upstream of i
   CHECK(back >= 10);
 }
 
-TEST_CASE("neighbours: who swings first by its tuning pushes who swings after it",
+TEST_CASE("neighbours: a loop that swings first by its tuning pushes the one that swings after it",
           "[survey][neighbour]") {
   std::size_t found = 0;
   std::size_t wrong = 0;
@@ -194,12 +199,12 @@ TEST_CASE("neighbours: who swings first by its tuning pushes who swings after it
   CHECK(wrong == 0);
 }
 
-TEST_CASE("neighbours: loops that look alike and know nothing of each other, or have one load",
+TEST_CASE("neighbours: unrelated loops that look alike, or loops with one load",
           "[survey][neighbour]") {
   std::size_t alike = 0;
   std::size_t load = 0;
   for (std::uint64_t seed = 1000; seed < 1200; ++seed) {
-    // By pairs: both stick, one does, or both swing by their tuning.
+    // In turn: both stick, one does, or both swing by their tuning.
     const Two two = seed % 2 == 0 ? on_header(Sticks::both, 0.0, seed) : behind_tight(0.0, seed);
     const LoopMoves first = moves(two.first);
     const LoopMoves second =
@@ -234,7 +239,7 @@ TEST_CASE("neighbours: missing samples, short and still records", "[survey][neig
   CHECK(moves_of({}, {}).pv.empty());
 }
 
-TEST_CASE("neighbours: of many loops only pairs that move or swing alike are looked at",
+TEST_CASE("neighbours: of many loops only pairs that move or swing alike are examined",
           "[survey][neighbour]") {
   std::vector<NeighbourLoop> all;
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {

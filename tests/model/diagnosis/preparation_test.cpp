@@ -19,7 +19,7 @@ Series co_of(std::size_t n) {
   return made_of(n, [](double k) { return 40.0 + 3.0 * sine(k / 50.0 + 0.4); });
 }
 
-TEST_CASE("what can't be judged is refused with the reason") {
+TEST_CASE("a record that can't be judged is refused with the reason") {
   const Series pv = pv_of(400);
   const Series co = co_of(400);
   CHECK(prepare({.pv = pv, .co = co, .sp = {}}).refusal.empty());
@@ -36,7 +36,7 @@ TEST_CASE("what can't be judged is refused with the reason") {
   CHECK_FALSE(prepare({.pv = {}, .co = {}, .sp = {}}).refusal.empty());
 }
 
-TEST_CASE("short gaps are filled, of a record with a long one the longest part is used") {
+TEST_CASE("short gaps are filled; a record with a long gap is cut to its longest part") {
   Series pv = pv_of(600);
   const Series co = co_of(600);
   pv[100] = kMissing;
@@ -74,7 +74,7 @@ TEST_CASE("the series don't depend on units, and hardly on the sample time") {
   CHECK(b.period == Approx(a.period));
   CHECK(b.period_s == Approx(3.0 * a.period_s));
   CHECK(b.error[77] == Approx(a.error[77]).margin(1e-6));
-  // Sampled eight times as fast: averaged to the same number of samples a period.
+  // Sampled eight times as fast: averaged to the same number of samples per period.
   const Series fast_pv = made_of(8000, [](double k) { return 50.0 + sine(k / 400.0); });
   const Series fast_co = made_of(8000, [](double k) { return 40.0 + 3.0 * sine(k / 400.0 + 0.4); });
   const Prepared c = prepare({.pv = fast_pv, .co = fast_co, .sp = {}});

@@ -18,7 +18,7 @@ Series cycle(double (*shape)(double), double shift = 0.0) {
   return made_of(800, [=](double k) { return shape(k / kPeriod + shift); });
 }
 
-TEST_CASE("an oscillation in noise is found with its period, noise alone is none") {
+TEST_CASE("an oscillation in noise is found with its period, noise gives no oscillation") {
   const Series cycling = with_noise(cycle(sine), 0.7, 3);
   const Oscillation found = find_oscillation(cycling);
   CHECK(found.period == Approx(kPeriod).epsilon(0.02));
@@ -55,7 +55,7 @@ TEST_CASE("each shape is fitted best by itself, and has the harmonics of the boo
   CHECK(of_sine.repeats == Approx(1.0).margin(0.02));
 }
 
-TEST_CASE("area before over after the peak tells a late peak") {
+TEST_CASE("area before over after the peak detects a late peak") {
   const auto late = [](double k) {
     const double t = k / kPeriod - std::floor(k / kPeriod);
     const double half = t < 0.5 ? 2.0 * t : 2.0 * t - 1.0;
@@ -73,7 +73,7 @@ TEST_CASE("too few half cycles have no shape") {
 }
 
 TEST_CASE("square against triangle correlates oddly, opposite sines evenly") {
-  // CO integrates the error: the triangle turns where the square wave jumps.
+  // CO integrates the error: the triangle reverses where the square wave jumps.
   Series falling = cycle(triangle);
   for (double& v : falling) v = -v;
   const CrossCorrelation odd = cross_correlation(cycle(square), falling, kPeriod);
@@ -85,7 +85,7 @@ TEST_CASE("square against triangle correlates oddly, opposite sines evenly") {
   CHECK(even.coherence == Approx(1.0).margin(0.01));
 }
 
-TEST_CASE("the controller behind error and output is seen: action and share of integral") {
+TEST_CASE("the controller between error and output is seen: action and share of integral") {
   const Series error = with_noise(cycle(sine), 0.3, 5);
   Series proportional = error;
   for (double& v : proportional) v = -2.0 * v;
@@ -101,7 +101,7 @@ TEST_CASE("the controller behind error and output is seen: action and share of i
   CHECK(i.integral_share > 0.9);
 }
 
-TEST_CASE("what dwells and jumps while CO ramps is told from what follows CO") {
+TEST_CASE("a PV that dwells and jumps while CO ramps is distinguished from one that follows CO") {
   const Series co = cycle(triangle);
   const Dwell sticking = dwell(co, cycle(square, 0.1), kPeriod);
   const Dwell following = dwell(co, cycle(triangle, -0.1), kPeriod);

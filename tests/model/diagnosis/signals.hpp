@@ -24,7 +24,7 @@ inline Series made_of(std::size_t n, const std::function<double(double)>& f) {
 }
 inline double sine(double t) { return std::sin(2.0 * std::numbers::pi * t); }
 inline double square(double t) { return t - std::floor(t) < 0.5 ? 1.0 : -1.0; }
-inline double triangle(double t) {  // a quarter period behind a square wave's integral at 0
+inline double triangle(double t) {  // lags a square wave's integral by a quarter period at 0
   const double phase = t - std::floor(t);
   return phase < 0.5 ? 4.0 * phase - 1.0 : 3.0 - 4.0 * phase;
 }
@@ -34,7 +34,8 @@ inline Series with_noise(Series x, double deviation, std::uint64_t seed) {
   return x;
 }
 
-// PI on a first-order process with dead time. `valve` turns CO into flow, `load(t)` adds to the flow.
+// PI on a first-order process with dead time. `valve` turns CO into flow, `load(t)` adds to the
+// flow.
 struct SmallLoop {
   double gain = 0.5;           // of the controller
   double integral_time = 4.0;  // s
@@ -69,7 +70,7 @@ struct SmallLoop {
   }
 };
 
-// A steady load that wanders a little: behind it a limit cycle forgets its phase, as behind any plant's.
+// A steady load that wanders a little. With it a limit cycle forgets its phase, as in any plant.
 inline std::function<double(double)> wandering_load(double mean, double step = 0.1) {
   return [mean, step, wander = 0.0, random = numeric::Random(8)](double) mutable {
     return mean + (wander = 0.95 * wander + step * random.normal());

@@ -25,18 +25,18 @@ std::vector<double> noise(std::size_t count, std::uint64_t seed) {
   return x;
 }
 
-TEST_CASE("variability: nothing in white noise, all of a slow swing, what theory says of an AR(1)",
+TEST_CASE("variability: zero in white noise, all of a slow swing, as in theory for an AR(1)",
           "[survey]") {
   CHECK(variability(noise(5000, 1), 3) < 0.02);
   std::vector<double> swing(5000);
   for (std::size_t k = 0; k < swing.size(); ++k) swing[k] = std::sin(0.05 * static_cast<double>(k));
   CHECK(variability(swing, 5) > 0.99);
-  // y(k) = a y(k-1) + e: the share that is foretold b samples ahead is a^(2b).
+  // y(k) = a y(k-1) + e: the share that is predictable b samples ahead is a^(2b).
   std::vector<double> ar = noise(40000, 2);
   for (std::size_t k = 1; k < ar.size(); ++k) ar[k] += 0.9 * ar[k - 1];
   CHECK(variability(ar, 1) == Approx(0.81).margin(0.02));
   CHECK(variability(ar, 4) == Approx(std::pow(0.9, 8)).margin(0.03));
-  // Missing samples leave rows out and change nothing else.
+  // Missing samples only remove rows.
   for (std::size_t k = 0; k < ar.size(); k += 97) ar[k] = kMissing;
   CHECK(variability(ar, 1) == Approx(0.81).margin(0.02));
   CHECK(std::isnan(variability(noise(50, 1), 3)));
@@ -107,7 +107,7 @@ TEST_CASE("a window: share in automatic, at the limit, travel, error and turns",
   CHECK(w.saturated == 0.0);
   CHECK(w.error == Approx(5.0 / std::sqrt(2.0)).epsilon(0.02));
   CHECK(w.noise == Approx(0.05).epsilon(0.15));
-  // 40 units a cycle, 9 cycles an hour, three quarters of two hours.
+  // 40 units per cycle, 9 cycles per hour, three quarters of two hours.
   CHECK(w.travel_per_hour == Approx(0.75 * 40.0 * 9.0).epsilon(0.05));
   CHECK(w.reversals_per_hour == Approx(0.75 * 18.0).epsilon(0.1));
   CHECK(w.crossings_per_hour == Approx(18.0).epsilon(0.1));
@@ -116,7 +116,7 @@ TEST_CASE("a window: share in automatic, at the limit, travel, error and turns",
   CHECK(std::isnan(moded.error));
 }
 
-TEST_CASE("since when another cause swings a loop", "[survey]") {
+TEST_CASE("the window since which a cause has lasted", "[survey]") {
   using diagnosis::Cause;
   const std::vector<Cause> causes{Cause::tuning, Cause::none, Cause::tuning, Cause::tuning};
   CHECK(diagnosis::cause_since(causes, Cause::tuning) == 2U);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What sets the turns of CO, whether PV stands meanwhile, and what a limit makes of both.
+// Tests the cause of the reversals of CO, the hold evidence of PV, and the effect of a limit on
+// both.
 #include "model/diagnosis/turns.hpp"
 
 #include <algorithm>
@@ -18,7 +19,7 @@ namespace {
 
 using namespace diagnosis;
 
-// Straight moves up and down: travel and length of each are drawn.
+// Straight moves up and down, with random travel and length.
 template <class Travel, class Length>
 Series zigzag(std::size_t moves, Travel travel, Length length) {
   Series co{0.0};
@@ -33,7 +34,8 @@ Series zigzag(std::size_t moves, Travel travel, Length length) {
   return co;
 }
 
-TEST_CASE("CO that turns after a band turns by travel, CO that a swing drives by time") {
+TEST_CASE(
+    "CO that reverses after a band reverses by travel, CO that a swing drives reverses by time") {
   numeric::Random random(3);
   const auto constant = [](double value) { return [value] { return value; }; };
   const auto drawn = [&](double low, double high) {
@@ -78,26 +80,27 @@ TEST_CASE("a cycle whose travel and time scatter alike is a swing only while it 
   CHECK(swing.by() == TurnsBy::time);
 }
 
-TEST_CASE("a clock from outside keeps its phase, a limit cycle forgets it") {
+TEST_CASE("an external oscillation keeps its phase, a limit cycle forgets it") {
   numeric::Random random(5);
   const auto constant = [] { return 4.0; };
-  // Turns up to an eightieth of a cycle early or late, about the places that a clock sets.
+  // Reversals up to an eightieth of a cycle early or late, relative to the times of an external
+  // clock.
   double late = 0.0;
   const auto kept = [&] {
     const double before = std::exchange(late, 2.0 * random.uniform() - 1.0);
     return 40.0 + std::round(late) - std::round(before);
   };
   CHECK(find_turns(zigzag(120, constant, kept)).by() == TurnsBy::clockwork);
-  // Twice as late at most, but the next turn begins where the last one was.
+  // At most twice as late, but each reversal counts from the previous one.
   const auto forgotten = [&] { return 40.0 + std::round(4.0 * random.uniform() - 2.0); };
   const Turns limit_cycle = find_turns(zigzag(120, constant, forgotten));
   CHECK(limit_cycle.cycle_scatter < 0.06);
   CHECK(limit_cycle.by() == TurnsBy::neither);
-  // Too few cycles to tell.
+  // Too few cycles for a verdict.
   CHECK(find_turns(zigzag(12, constant, [] { return 20.0; })).by() == TurnsBy::neither);
 }
 
-TEST_CASE("a valve whose moves up and down take different times still turns by travel") {
+TEST_CASE("a valve whose moves up and down take different times still reverses by travel") {
   numeric::Random random(4);
   std::size_t move = 0;
   const auto slow_up = [&] {
@@ -109,7 +112,7 @@ TEST_CASE("a valve whose moves up and down take different times still turns by t
             .by() == TurnsBy::travel);
 }
 
-TEST_CASE("PV stands behind a valve that sticks, and moves where it follows") {
+TEST_CASE("PV is constant after a valve that sticks, and moves with a valve that follows") {
   const Series co = made_of(800, [](double k) { return triangle(k / 40.0); });
   const Series jumping = made_of(800, [](double k) { return square(k / 40.0); });
   CHECK(standing_evidence(jumping, co, 40.0) > 0.7);
@@ -130,7 +133,7 @@ TEST_CASE("CO between its limits is saturation, a stretch away from them is judg
   const Series clipped =
       made_of(1200, [](double k) { return std::clamp(50.0 + 90.0 * sine(k / 60.0), 0.0, 100.0); });
   CHECK(prepared(clipped).gate == Gate::saturation);
-  // The log need not know the limits.
+  // The log need not contain the limits.
   const Series inner =
       made_of(1200, [](double k) { return std::clamp(50.0 + 90.0 * sine(k / 60.0), 10.0, 90.0); });
   CHECK(prepared(inner).gate == Gate::saturation);

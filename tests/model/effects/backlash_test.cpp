@@ -51,7 +51,7 @@ TEST_CASE("severity scales the play", "[plant][backlash]") {
   CHECK(backlash.step(43.21) == 43.21);
 }
 
-TEST_CASE("what is not a number leaves the stem", "[plant][backlash]") {
+TEST_CASE("a CO that is not a number keeps the stem", "[plant][backlash]") {
   Backlash backlash(2.0);
   backlash.reset(50.0);
   CHECK(backlash.step(std::numeric_limits<double>::quiet_NaN()) == 50.0);

@@ -16,7 +16,7 @@ TEST_CASE("the stem sticks at the bump and jumps past it, both ways", "[plant][c
   CHECK(cam.step(41.0) == 40.0);
   CHECK(cam.step(45.0) == 40.0);
   CHECK(cam.step(45.001) == Approx(42.0).margin(0.002));  // jumped
-  CHECK(cam.step(50.0) == 47.0);                          // band - jump behind from here on
+  CHECK(cam.step(50.0) == 47.0);                          // lags by band - jump from here on
   CHECK(cam.step(45.0) == 42.0);
   CHECK(cam.step(41.0) == 42.0);
   CHECK(cam.step(40.0) == 42.0);
@@ -48,7 +48,7 @@ TEST_CASE("severity scales the bump", "[plant][cam]") {
   for (double u : {42.1, 45.0, 40.5, 39.0, 41.0}) CHECK(cam.step(u) == u);
 }
 
-TEST_CASE("what is not a number does not move it past the bump", "[plant][cam]") {
+TEST_CASE("a CO that is not a number does not move it past the bump", "[plant][cam]") {
   CamObstruction cam(40.0, 5.0, 2.0);
   cam.reset(30.0);
   CHECK(std::isnan(cam.step(std::numeric_limits<double>::quiet_NaN())));

@@ -17,7 +17,7 @@ using namespace loopwarden::effects;
 
 namespace {
 
-// Loops of other units and speeds than those of the examples.
+// Loops with other units and speeds than the examples.
 std::vector<SearchContext> contexts() {
   return {{.output_high = 10.0, .output_used_low = 2.0, .output_used_high = 7.0},
           {.output_low = 4.0,
@@ -42,7 +42,7 @@ EffectContext effect_context(const SearchContext& c) {
 
 }  // namespace
 
-TEST_CASE("every candidate is an effect of the catalogue, in a block where it may stand",
+TEST_CASE("every candidate is an effect of the catalogue, in a block that allows it",
           "[effects][candidate]") {
   std::set<std::string> names;
   for (const Candidate& c : candidates({})) {
@@ -54,7 +54,7 @@ TEST_CASE("every candidate is an effect of the catalogue, in a block where it ma
     CHECK(c.starts >= 1);
     if (c.starts_offset()) CHECK(std::string(c.search.back().name) == "start");
   }
-  // Of these a record can show all; what a controller does differently is found without a fit.
+  // A record can show all of these effects. Another controller is found without a fit.
   for (const char* name :
        {"stiction", "backlash", "hysteresis", "low_air_supply", "valve_characteristic",
         "cam_obstruction", "positioner_overshoot", "gain_change", "extra_dead_time", "extra_lag",
@@ -69,7 +69,7 @@ TEST_CASE("the corners of every search are effects that can be stepped", "[effec
   for (const SearchContext& context : contexts()) {
     for (const Candidate& c : candidates(context)) {
       const std::size_t corners = std::size_t{1} << c.search.size();
-      for (std::size_t corner = 0; corner <= corners; ++corner) {  // the last: the middle
+      for (std::size_t corner = 0; corner <= corners; ++corner) {  // the last iteration: the middle
         std::vector<double> values;
         for (std::size_t j = 0; j < c.search.size(); ++j) {
           const double place = corner == corners ? 0.5 : (corner >> j & 1U) != 0 ? 1.0 : 0.0;
@@ -80,7 +80,7 @@ TEST_CASE("the corners of every search are effects that can be stepped", "[effec
         CAPTURE(c.name, corner, context.period_s);
         CHECK(spec.name == c.name);
         CHECK_NOTHROW(check_effect(spec, c.block, effect_context(context)));
-        // What stands in the signal's path needs nothing solved.
+        // An effect in the signal's path has no solved parameters.
         if (c.in_path()) CHECK(c.effect(values, {}) == spec);
       }
     }
@@ -110,7 +110,7 @@ TEST_CASE("a logarithmic range has the geometric mean in its middle", "[effects]
   CHECK(SearchRange{"x", 0.1, 10.0, false, 1}.value(0.5) == Approx(5.05));
 }
 
-TEST_CASE("a sine's amplitude and phase follow from what was solved", "[effects][candidate]") {
+TEST_CASE("a sine's amplitude and phase follow from the solved columns", "[effects][candidate]") {
   for (const Candidate& c : candidates({})) {
     if (c.name != std::string("oscillating_disturbance")) continue;
     const std::vector<double> period{12.0};
@@ -121,7 +121,7 @@ TEST_CASE("a sine's amplitude and phase follow from what was solved", "[effects]
   }
 }
 
-TEST_CASE("one friction a valve, and the plug behind it", "[effects][candidate]") {
+TEST_CASE("a valve has one friction, and the plug follows it", "[effects][candidate]") {
   std::set<std::string> frictions;
   for (const Candidate& c : candidates({})) {
     if (c.friction) frictions.insert(c.name);
@@ -139,7 +139,7 @@ TEST_CASE("one friction a valve, and the plug behind it", "[effects][candidate]"
   CHECK(rank("backlash") < rank("valve_characteristic"));
 }
 
-TEST_CASE("the law of a healthy valve is one effect's, and it can be stepped",
+TEST_CASE("the law of a healthy valve belongs to one effect, and it can be stepped",
           "[effects][candidate]") {
   int laws = 0;
   for (const Descriptor& info : effect_catalogue()) {
@@ -152,7 +152,7 @@ TEST_CASE("the law of a healthy valve is one effect's, and it can be stepped",
   CHECK(laws == 1);
 }
 
-TEST_CASE("a place of the travel shows where CO left it and came back on both sides",
+TEST_CASE("a place of the travel shows if CO left it and returned on both sides",
           "[effects][candidate]") {
   const std::vector<Candidate> all = candidates({});
   const auto cam = std::find_if(all.begin(), all.end(), [](const Candidate& c) {

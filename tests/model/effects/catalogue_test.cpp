@@ -31,7 +31,7 @@ double middle(const ParameterInfo& p) {
   return std::isfinite(p.low) ? p.low + 1.0 : 1.0;
 }
 
-// Every parameter in the middle of its range. A hysteresis takes one of its two.
+// Sets every parameter to the middle of its range. A hysteresis has only one of its two.
 EffectSpec mid_range(const Descriptor& info) {
   EffectSpec spec{.name = info.name};
   for (const ParameterInfo& p : info.parameters) spec.parameters[p.name] = middle(p);
@@ -52,7 +52,7 @@ EffectSpec stiction(double s, double j) {
   return {.name = "stiction", .parameters = {{"s", s}, {"j", j}}};
 }
 
-// The key that the error names; "none" if there is no error.
+// Returns the key that the error names, or "none" without an error.
 std::string complaint(const EffectSpec& spec, Block block, std::string* message = nullptr) {
   try {
     check_effect(spec, block, kContext);
@@ -73,7 +73,7 @@ TEST_CASE("the vocabulary of effects is complete", "[effects][catalogue]") {
     CAPTURE(name);
     CHECK(find_effect(name) != nullptr);
   }
-  CHECK(find_effect("controller_mismatch") == nullptr);  // found in a record, never simulated
+  CHECK(find_effect("controller_mismatch") == nullptr);  // only found in a record, never simulated
   REQUIRE(find_word("controller_mismatch") != nullptr);
   CHECK(find_word("gremlins") == nullptr);
   CHECK(find_effect("Stiction") == nullptr);
@@ -95,7 +95,7 @@ TEST_CASE("names are unique and every entry explains itself", "[effects][catalog
   }
 }
 
-TEST_CASE("numbers stay as they were given and are given once", "[effects][catalogue]") {
+TEST_CASE("numbers keep their given text, and a parameter is given once", "[effects][catalogue]") {
   const std::vector<std::string> numbered{"stiction",
                                           "backlash",
                                           "hysteresis",
@@ -124,7 +124,7 @@ TEST_CASE("numbers stay as they were given and are given once", "[effects][catal
   CHECK(numbers.size() == vocabulary().size());
   CHECK(*numbers.begin() == 1);
   CHECK(*numbers.rbegin() == static_cast<int>(vocabulary().size()));  // no hole
-  // Guides and searches go by number, however the files are named and linked.
+  // Guides and searches are ordered by number, independent of file names and link order.
   int last = 0;
   for (const Descriptor& info : effect_catalogue()) {
     CHECK(info.number > last);
@@ -148,7 +148,7 @@ TEST_CASE("every word has a guide, and an example that can be simulated", "[effe
   }
 }
 
-TEST_CASE("an effect explains the alarm of its own name and those of its kind",
+TEST_CASE("an effect explains the alarm with its name and those of its kind",
           "[effects][catalogue]") {
   using alarm::kValveAlarms;
   for (const Descriptor& info : vocabulary()) {
@@ -159,7 +159,7 @@ TEST_CASE("an effect explains the alarm of its own name and those of its kind",
                         [&](const auto kind) { return alarm == alarm::to_text(kind); }));
     }
     // Valve alarms are for valve effects, and each of these explains one.
-    // What was learned has no cause that an alarm could name.
+    // A learned effect has no cause that an alarm could name.
     CHECK(info.alarms.empty() == (info.blocks.front() != Block::valve || info.is_learned));
   }
   for (const auto kind : kValveAlarms) {
@@ -174,7 +174,7 @@ TEST_CASE("an effect explains the alarm of its own name and those of its kind",
   CHECK_FALSE(agrees(*find_effect("gain_change"), "unknown"));
 }
 
-TEST_CASE("every effect can be made in every block it may stand in, and stepped",
+TEST_CASE("every effect can be made in every block that allows it, and stepped",
           "[effects][catalogue]") {
   for (const Descriptor& info : effect_catalogue()) {
     CAPTURE(info.name);
@@ -195,7 +195,7 @@ TEST_CASE("every effect is absent at severity 0", "[effects][catalogue]") {
     EffectSpec spec = mid_range(info);
     if (spec.name == "valve_characteristic") spec.options["curve"] = "butterfly";
     effects::EffectChain chain;
-    // Scheduled to come after the end: at severity 0 all the time.
+    // Scheduled after the end: severity 0 all the time.
     chain.add(make_effect(spec, kContext), {.from_s = 1e6});
     REQUIRE(chain.reset(5.0, 0.0) == Approx(5.0));
     for (int k = 0; k < 200; ++k) {
@@ -293,7 +293,7 @@ TEST_CASE("the actuator's dynamics belong to the inertial law, within the sampli
   CHECK(complaint(offset, Block::valve) == "knee");
 }
 
-TEST_CASE("what an effect does not know is refused", "[effects][catalogue]") {
+TEST_CASE("unknown parameters of an effect are refused", "[effects][catalogue]") {
   CHECK(complaint({.name = "sticktion"}, Block::valve) == "effect");
   EffectSpec spec = stiction(1.0, 0.3);
   CHECK(complaint(spec, Block::process) == "effect");
@@ -384,7 +384,7 @@ TEST_CASE("options choose the variant", "[effects][catalogue]") {
   CHECK(spring.step(2.0, 0.0) == Approx(2.0));
 
   EffectSpec curve{.name = "valve_characteristic"};
-  // Rangeability 30 unless told otherwise, over the output's range of 0 to 10.
+  // Rangeability 30 by default, over the output's range of 0 to 10.
   CHECK(made(curve, "curve", "equal_percentage").step(5.0, 0.0) ==
         Approx(10.0 / (std::sqrt(30.0) + 1.0)));
   curve.table = {{0.0, 1.0}, {10.0, 7.0}};

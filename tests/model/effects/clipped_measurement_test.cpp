@@ -17,14 +17,14 @@ TEST_CASE("no reading is beyond the ends, and severity fades them in",
   CHECK(both.reset(1.0) == 2.0);
   CHECK(both.step(4.5) == 4.5);
   CHECK(both.step(7.0) == 5.0);
-  // The very end, however far beyond it the process is.
+  // Exactly the limit, for any process value beyond it.
   CHECK(effects::ClippedMeasurement(0.0, 5.2).step(14.68) == 5.2);
   CHECK(effects::ClippedMeasurement(2.1, 5.2).step(-0.95) == 2.1);
   both.set_severity(0.5);
   CHECK(both.step(7.0) == Approx(6.0));
 }
 
-TEST_CASE("one end is enough, none is refused, and they must not cross",
+TEST_CASE("one limit is enough, at least one is required, and they must not cross",
           "[effects][clipped_measurement]") {
   const auto complaint = [](std::map<std::string, double> parameters) {
     effects::check_effect({"clipped_measurement", std::move(parameters)},

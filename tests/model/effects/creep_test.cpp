@@ -10,7 +10,8 @@ namespace creep_test {
 
 using namespace loopwarden;
 
-TEST_CASE("all of a move but the amount comes at once, the rest late", "[effects][creep]") {
+TEST_CASE("all of a move except the amount arrives at once, and the amount arrives late",
+          "[effects][creep]") {
   effects::Creep valve(0.5, 10.0, 0.1);
   valve.reset(3.0);
   CHECK(valve.step(5.0) == Approx(4.5));
@@ -21,7 +22,7 @@ TEST_CASE("all of a move but the amount comes at once, the rest late", "[effects
   CHECK_FALSE(valve.limited());
   for (int k = 0; k < 2000; ++k) x = valve.step(5.0);
   CHECK(x == Approx(5.0).margin(1e-6));
-  // A small move comes late as a whole.
+  // A small move arrives late as a whole.
   CHECK(valve.step(5.3) == Approx(5.0).margin(1e-6));
   valve.set_severity(0.0);
   CHECK(valve.step(5.6) == 5.6);

@@ -10,7 +10,7 @@ namespace deadband_drive_test {
 
 using namespace loopwarden;
 
-TEST_CASE("a drive rests within its band, then goes all the way at its rate",
+TEST_CASE("a drive rests within its band, then moves all the way at its rate",
           "[effects][deadband_drive]") {
   effects::DeadbandDrive drive(1.0, 4.5, 0.5);
   CHECK(drive.reset(50.0) == 50.0);
@@ -18,7 +18,7 @@ TEST_CASE("a drive rests within its band, then goes all the way at its rate",
   CHECK_FALSE(drive.moves());
   CHECK(drive.step(55.0) == Approx(52.25));
   CHECK(drive.moves());
-  // It does not stop where the band ends, nor where the command has come back a little.
+  // It stops neither at the edge of the band, nor when the command has returned a little.
   CHECK(drive.step(54.5) == Approx(54.5));
   CHECK_FALSE(drive.moves());
   CHECK(drive.step(53.6) == Approx(54.5));
@@ -26,7 +26,7 @@ TEST_CASE("a drive rests within its band, then goes all the way at its rate",
   CHECK(drive.step(std::numeric_limits<double>::quiet_NaN()) == Approx(53.4));
 }
 
-TEST_CASE("a drive is found with band and rate, and its parts stand beside it",
+TEST_CASE("a drive is found with band and rate, and its parts are listed with it",
           "[effects][deadband_drive]") {
   plant::LoopModel truth = test::believed_model();
   truth.valve_effects = {{"deadband_drive", {{"band", 0.5}, {"rate", 0.35}}}};

@@ -7,7 +7,7 @@ namespace delay_line_test {
 
 using loopwarden::effects::DelayLine;
 
-TEST_CASE("a delay line remembers what it was asked to", "[plant][delay]") {
+TEST_CASE("a delay line returns every input within its delay", "[plant][delay]") {
   const std::size_t samples = GENERATE(0U, 1U, 2U, 3U, 7U, 8U, 26U);
   DelayLine line(samples);
   line.fill(-1.0);

@@ -22,7 +22,7 @@ namespace effect_test {
 using namespace loopwarden;
 using namespace loopwarden::effects;
 
-TEST_CASE("a schedule says when and how severely", "[plant][effect]") {
+TEST_CASE("a schedule defines the time and the severity", "[plant][effect]") {
   CHECK(Schedule{}.always());
   CHECK(Schedule{}.severity(-1e9) == 1.0);
   const Schedule schedule{.from_s = 100.0, .to_s = 300.0, .ramp_s = 50.0};
@@ -77,7 +77,7 @@ TEST_CASE("a whole signal at once gives the same bits as sample by sample", "[pl
   CHECK(signal == expected);
 }
 
-TEST_CASE("the stem is what enters the first characteristic", "[plant][effect]") {
+TEST_CASE("the stem is the input of the first characteristic", "[plant][effect]") {
   EffectChain chain;
   chain.add(LowAirSupply({.rate = 1e9, .travel_limit = 60.0}, 0.1));
   chain.add(ValveCharacteristic({.curve = ValveCharacteristic::Curve::quick_opening}, 0.0, 100.0));
@@ -100,7 +100,8 @@ TEST_CASE("of two characteristics the first has the stem before it", "[plant][ef
   CHECK(stem == 1.0);
 }
 
-TEST_CASE("effects on a schedule come, ramp and go; others are always there", "[plant][effect]") {
+TEST_CASE("effects on a schedule begin, ramp and end; others are always active",
+          "[plant][effect]") {
   EffectChain chain;
   chain.add(OutputBias(10.0), {.from_s = 1.0, .to_s = 5.0, .ramp_s = 2.0});
   chain.add(GainChange(2.0));
@@ -114,7 +115,7 @@ TEST_CASE("effects on a schedule come, ramp and go; others are always there", "[
   CHECK(chain.reset(1.0, 0.0) == 2.0);
 }
 
-TEST_CASE("the largest of the scheduled severities is shown", "[plant][effect]") {
+TEST_CASE("the largest of the scheduled severities is reported", "[plant][effect]") {
   EffectChain chain;
   chain.add(OutputBias(1.0), {.from_s = 0.0, .ramp_s = 10.0});
   chain.add(GainChange(2.0), {.from_s = 5.0, .ramp_s = 1.0});

@@ -13,7 +13,7 @@ namespace flow_dependent_dead_time_test {
 
 using namespace loopwarden;
 
-// Samples from a small step at `flow` until half of it has come out.
+// Returns the samples from a small step at `flow` until half of it has come out.
 double late_by(effects::FlowDependentDeadTime& pipe, double flow) {
   pipe.reset(flow);
   for (int k = 1; k < 5000; ++k) {
@@ -22,7 +22,7 @@ double late_by(effects::FlowDependentDeadTime& pipe, double flow) {
   return -1.0;
 }
 
-TEST_CASE("at rest the dead time goes as the flow to the minus exponent",
+TEST_CASE("at rest the dead time is the flow to the power of minus exponent",
           "[effects][flow_dependent_dead_time]") {
   for (const double exponent : {0.5, 1.0, 2.0}) {
     effects::FlowDependentDeadTime pipe(2.0, exponent, 4.0, 0.01);
@@ -32,14 +32,15 @@ TEST_CASE("at rest the dead time goes as the flow to the minus exponent",
   }
 }
 
-TEST_CASE("what leaves the pipe went in one volume before", "[effects][flow_dependent_dead_time]") {
+TEST_CASE("a plug leaves the pipe one volume after it entered",
+          "[effects][flow_dependent_dead_time]") {
   effects::FlowDependentDeadTime pipe(1.5, 1.0, 5.0, 0.01);
   std::vector<double> flow{5.0};
   pipe.reset(5.0);
   for (int k = 1; k < 3000; ++k) {
     flow.push_back(5.0 + 2.0 * std::sin(0.004 * k));
     const double out = pipe.step(flow.back());
-    double volume = 0.0;  // of what came in behind the plug that leaves
+    double volume = 0.0;  // that entered after the plug that leaves
     std::size_t plug = flow.size() - 1;
     while (plug > 0 && volume < 1.5 * 5.0) volume += 0.01 * flow[--plug];
     if (plug == 0) continue;
@@ -74,8 +75,7 @@ TEST_CASE("no flow ends the growth at ten times", "[effects][flow_dependent_dead
   CHECK(late <= 100);
 }
 
-TEST_CASE("it stands in the place of the process's dead time",
-          "[effects][flow_dependent_dead_time]") {
+TEST_CASE("it replaces the process's dead time", "[effects][flow_dependent_dead_time]") {
   plant::LoopModel model = test::believed_model();
   plant::LoopModel with = model;
   with.process_effects = {{"flow_dependent_dead_time", {{"exponent", 0.0}}}};
@@ -95,7 +95,7 @@ TEST_CASE("it stands in the place of the process's dead time",
   }
 }
 
-TEST_CASE("a dead time that follows the flow is found, and one that does not stays what it is",
+TEST_CASE("a dead time that follows the flow is found, and a constant one keeps its name",
           "[effects][flow_dependent_dead_time]") {
   const std::vector<std::string> names{"flow_dependent_dead_time", "extra_dead_time", "extra_lag"};
   plant::LoopModel truth = test::believed_model();

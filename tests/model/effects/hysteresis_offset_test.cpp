@@ -13,7 +13,7 @@ TEST_CASE("the offset is there while the output falls", "[plant][hysteresis]") {
   CHECK(hysteresis.step(5.0) == 5.0);
   CHECK(hysteresis.step(5.5) == 5.5);
   CHECK(hysteresis.step(5.4) == Approx(6.1));
-  CHECK(hysteresis.step(5.4) == Approx(6.1));  // standing still keeps the branch
+  CHECK(hysteresis.step(5.4) == Approx(6.1));  // a constant output keeps the branch
   CHECK(hysteresis.step(5.3) == Approx(6.0));
   CHECK(hysteresis.step(5.31) == 5.31);
   CHECK(hysteresis.step(5.31) == 5.31);

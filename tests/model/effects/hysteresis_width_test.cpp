@@ -23,7 +23,7 @@ double sweep(HysteresisWidth& hysteresis, double from, double to) {
 
 }  // namespace
 
-TEST_CASE("after a large reversal the branches lie one width apart", "[plant][hysteresis]") {
+TEST_CASE("after a large reversal the branches are one width apart", "[plant][hysteresis]") {
   const double width = GENERATE(0.5, 2.0, 6.0);
   HysteresisWidth hysteresis(width);
   CHECK(hysteresis.reset(0.0) == 0.0);
@@ -41,13 +41,13 @@ TEST_CASE("the loop opens gradually and a minor loop closes", "[plant][hysteresi
   hysteresis.reset(0.0);
   sweep(hysteresis, 0.0, 50.0);
   const double top = sweep(hysteresis, 50.0, 60.0);
-  // Just after the reversal only the narrowest plays have turned: the slope is below 1 and rises.
+  // Just after the reversal only the narrowest plays have reversed: the slope is below 1 and rises.
   const double at_59 = sweep(hysteresis, 60.0, 59.0);
   const double at_58 = sweep(hysteresis, 59.0, 58.0);
   CHECK(at_59 < top);
   CHECK(top - at_59 < 0.25);
   CHECK(at_59 - at_58 > top - at_59);
-  // Back to where it turned: it remembers that point (no drift of a minor loop).
+  // Back to its turning point: it remembers that point (no drift of a minor loop).
   CHECK(sweep(hysteresis, 58.0, 60.0) == Approx(top));
 }
 
@@ -96,7 +96,7 @@ TEST_CASE("severity scales the width", "[plant][hysteresis]") {
   CHECK(hysteresis.step(12.34) == Approx(12.34).epsilon(1e-15));
 }
 
-TEST_CASE("what is not a number leaves the hysteresis as it is", "[plant][hysteresis]") {
+TEST_CASE("a CO that is not a number keeps the hysteresis", "[plant][hysteresis]") {
   HysteresisWidth hysteresis(4.0);
   hysteresis.reset(5.0);
   CHECK(hysteresis.step(std::numeric_limits<double>::quiet_NaN()) == 5.0);

@@ -11,7 +11,7 @@ namespace intermittent_stiction_test {
 
 using namespace loopwarden;
 
-TEST_CASE("the stem is free outside its stretch and sticks as ever inside",
+TEST_CASE("the stem is free outside its stretch and sticks as usual inside",
           "[effects][intermittent_stiction]") {
   effects::IntermittentStiction valve({1.2, 0.4}, 10.0, 20.0);
   effects::StictionChoudhury always({1.2, 0.4});
@@ -34,7 +34,7 @@ TEST_CASE("the stem is free outside its stretch and sticks as ever inside",
   CHECK(stood > 20.0);
 }
 
-TEST_CASE("a stretch needs an end behind its beginning, and j at most s",
+TEST_CASE("a stretch needs an end after its beginning, and j at most s",
           "[effects][intermittent_stiction]") {
   const auto valve = [](double j, double from, double to) {
     effects::check_effect(

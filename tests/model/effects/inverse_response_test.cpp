@@ -34,7 +34,7 @@ TEST_CASE("a step of CO moves PV by zero time over lag the wrong way, then as by
 }
 
 TEST_CASE("with a lag it is two lags that work against each other", "[effects][inverse_response]") {
-  constexpr double kWeight = 0.8;  // of the way that works against
+  constexpr double kWeight = 0.8;  // of the opposing path
   constexpr double kSlow = 3.0;    // s
   constexpr double kFast = 0.6;    // s
   plant::LoopModel model = test::believed_model();
@@ -58,7 +58,7 @@ TEST_CASE("with a lag it is two lags that work against each other", "[effects][i
   CHECK(lowest < 3.7);
 }
 
-TEST_CASE("a loop at rest knows nothing of the zero, and severity scales it",
+TEST_CASE("a zero has no effect on a loop at rest, and severity scales it",
           "[effects][inverse_response]") {
   effects::InverseResponse zero(2.0, 0.0, 0.1);
   CHECK(zero.reset(5.0) == 5.0);

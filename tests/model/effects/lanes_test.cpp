@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The effects that a simulated valve is made of and the rows of stems that specialists try on a window step the
-// same equation: on the same CO they take the same path.
+// The effects of a simulated valve and the rows of stems that specialists try on a window use the
+// same equation. On the same CO they take the same path.
 #include "model/numeric/lanes.hpp"
 
 #include <algorithm>
@@ -28,8 +28,9 @@ using numeric::Lanes;
 
 namespace {
 
-// Multiples of 1/256 of a percent below 128 % have room in a float, as have their sums and differences.
-// So a row and a number agree to the last bit where the equation only adds, compares and halves.
+// A float holds multiples of 1/256 of a percent below 128 %, and their sums and differences,
+// exactly. So a row and a number agree to the last bit if the equation only adds, compares and
+// halves.
 constexpr double kGrain = 1.0 / 256.0;
 
 double grains(double low, double high) {
@@ -56,7 +57,8 @@ std::vector<double> random_co() {
   return co;
 }
 
-// `effect(lane)` is what a simulated valve has, `row` the same for all lanes; both begin at rest on the first CO.
+// `effect(lane)` is the effect of a simulated valve, `row` the same for all lanes; both begin at
+// rest on the first CO.
 template <class MakeEffect, class Row>
 void same_path(const std::vector<double>& co, MakeEffect effect, Row row, double tolerance) {
   std::array<decltype(effect(0)), kLanes> effects{effect(0), effect(1), effect(2), effect(3)};

@@ -15,7 +15,7 @@ using namespace loopwarden;
 
 namespace {
 
-// What the search names first, alone against a changed gain and a bias, and how far the next is behind.
+// The result of a search among leakage, a changed gain and a bias: the best two names and the lead.
 struct Named {
   std::string first;
   std::string second;
@@ -44,10 +44,10 @@ TEST_CASE("a shut valve passes the leak, an open one what it passed before", "[e
   effects::Leakage leak(0.5, 4.0, 20.0);
   CHECK(leak.step(4.0) == Approx(4.5));
   CHECK(leak.step(20.0) == Approx(20.0));
-  // Two orifices in parallel: the seat's own, and the plug's over what the seat leaves of the capacity.
+  // Two orifices in parallel: the seat, and the plug over the rest of the capacity.
   for (double x = 4.0; x <= 20.0; x += 0.25) {
     const double capacity = 16.0;
-    const double plug = (x - 4.0) / capacity;  // of what the plug can pass
+    const double plug = (x - 4.0) / capacity;  // share of the plug's capacity
     const double seat = 0.5 / capacity;
     CHECK(leak.step(x) == Approx(4.0 + capacity * (seat + plug * (1.0 - seat))));
   }
@@ -57,7 +57,7 @@ TEST_CASE("a shut valve passes the leak, an open one what it passed before", "[e
   CHECK(leak.step(7.0) == 7.0);
 }
 
-TEST_CASE("the stem does not know of the leak", "[effects][leakage]") {
+TEST_CASE("the leak does not affect the stem", "[effects][leakage]") {
   plant::LoopModel model = test::believed_model();
   model.valve_effects = {{"leakage", {{"flow", 2.0}}}};
   plant::Plant plant(model, 1);
@@ -86,7 +86,7 @@ TEST_CASE("a large leak is found in its size, no gain and no bias in its place",
   CHECK(named.lead_nats > 6.0);
 }
 
-TEST_CASE("a bias stays a bias and a gain a gain, though a leak explains a little bias as well",
+TEST_CASE("a bias stays a bias and a gain a gain, though a leak also explains a little bias",
           "[effects][leakage]") {
   plant::LoopModel truth = test::believed_model();
   truth.transmitter_effects = {{"output_bias", {{"bias", 0.2}}}};

@@ -76,7 +76,7 @@ TEST_CASE("a transfer function answers as its lags do", "[effects][learned]") {
   }
 }
 
-TEST_CASE("what a form can't be is refused by key", "[effects][learned]") {
+TEST_CASE("impossible values of a form are refused by key", "[effects][learned]") {
   const auto with = [](const char* form, effects::Points table) {
     return EffectSpec{"learned", {}, {{"form", form}}, std::move(table)};
   };

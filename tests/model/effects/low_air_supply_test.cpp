@@ -15,7 +15,7 @@ namespace {
 using Filling = LowAirSupply::Filling;
 constexpr double kPeriod = 0.1;  // s
 
-// The equation of the header, integrated in ten thousand Euler steps a period.
+// The equation of the header, integrated in ten thousand Euler steps per period.
 double euler(double x, double u, const LowAirSupply::Parameters& p) {
   constexpr int kSteps = 10'000;
   constexpr double kStep = kPeriod / kSteps;
@@ -102,7 +102,7 @@ TEST_CASE("another rate on closing holds on closing alone", "[plant][low_air_sup
   }
   const double down = air.step(0.0);
   CHECK(up - down == Approx(2.0 * 0.25 * 0.1));
-  // Exponentially from R C T on.
+  // Exponential from R C T on.
   double before = down;
   double x = down;
   while (x > 0.4) {

@@ -28,8 +28,7 @@ TEST_CASE("root and square between the ends of the range, by their share",
   CHECK(square.step(5.0) == 5.0);
 }
 
-TEST_CASE("a table goes on with its end slopes and does not mind a share",
-          "[effects][meter_curve]") {
+TEST_CASE("a table continues with its end slopes and ignores a share", "[effects][meter_curve]") {
   MeterCurve table({.curve = MeterCurve::Curve::table,
                     .points = {{{0.0, 0.0}, {4.0, 6.0}, {10.0, 10.0}}},
                     .point_count = 3},

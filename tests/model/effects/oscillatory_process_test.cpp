@@ -13,7 +13,7 @@ namespace oscillatory_process_test {
 
 using namespace loopwarden;
 
-TEST_CASE("nothing of the lag is left: a step rings as second order does",
+TEST_CASE("the lag is replaced: a step rings as second order does",
           "[effects][oscillatory_process]") {
   constexpr double kDamping = 0.3;
   constexpr double kFrequency = 0.8;  // rad/s
@@ -22,7 +22,7 @@ TEST_CASE("nothing of the lag is left: a step rings as second order does",
   model.transmitter = {.low = -100.0, .high = 100.0};
   model.process_effects = {
       {"oscillatory_process", {{"damping", kDamping}, {"natural_frequency", kFrequency}}}};
-  plant::Plant plant(model, 1);  // knows the lag it stands in the place of
+  plant::Plant plant(model, 1);  // replaces the lag of the model
   plant.reset(1.0);
   CHECK(plant.process_variable() == Approx(2.0));
   const double root = std::sqrt(1.0 - kDamping * kDamping);
@@ -44,7 +44,7 @@ TEST_CASE("without a process the lag must be stated", "[effects][oscillatory_pro
   CHECK(spec.parameters.at("time_constant") == 4.0);
   CHECK_NOTHROW(effects::check_effect(spec, effects::Block::process, {}));
   effects::complete(spec, {.time_constant_s = 9.0});
-  CHECK(spec.parameters.at("time_constant") == 4.0);  // what is given stays
+  CHECK(spec.parameters.at("time_constant") == 4.0);  // a given value is kept
 }
 
 TEST_CASE("a process that rings is found in damping and frequency, a lag stays a lag",

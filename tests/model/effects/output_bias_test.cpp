@@ -7,7 +7,7 @@ namespace output_bias_test {
 
 using loopwarden::effects::OutputBias;
 
-TEST_CASE("the bias is added, as far as severity goes", "[plant][bias]") {
+TEST_CASE("the bias is added, scaled by severity", "[plant][bias]") {
   OutputBias bias(-0.3);
   CHECK(bias.reset(5.0) == Approx(4.7));
   CHECK(bias.step(2.0) == Approx(1.7));

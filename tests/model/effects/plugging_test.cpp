@@ -10,14 +10,14 @@ namespace plugging_test {
 
 using namespace loopwarden;
 
-TEST_CASE("a step comes through a lag that has grown since the start", "[effects][plugging]") {
+TEST_CASE("a step passes through a lag that has grown since the start", "[effects][plugging]") {
   for (const double at_s : {10.0, 100.0}) {
     effects::Plugging line(0.05, 0.01);
     line.reset(2.0);
     CHECK(line.step(2.0, at_s) == 2.0);
     const double lag_s = 0.05 * at_s;
     double y = 0.0;
-    // So short a while that the lag hardly grows.
+    // A time so short that the lag hardly grows.
     for (int k = 1; k <= 10; ++k) y = line.step(3.0, at_s);
     CHECK(y == Approx(3.0 - std::exp(-0.1 / lag_s)));
   }
@@ -28,7 +28,7 @@ TEST_CASE("a step comes through a lag that has grown since the start", "[effects
   CHECK(line.step(4.0, 500.0) == 4.0);
 }
 
-TEST_CASE("a line that plugs is found with its rate, and is no lag that was always there",
+TEST_CASE("a line that plugs is found with its rate, and is no constant lag",
           "[effects][plugging]") {
   plant::LoopModel truth = test::believed_model();
   truth.transmitter_effects = {{"plugging", {{"rate", 0.03}}}};

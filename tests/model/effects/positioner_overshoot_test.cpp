@@ -63,7 +63,8 @@ TEST_CASE("a swing ends where the travel ends", "[plant][overshoot]") {
   constexpr int kSteps = 2000;
   const double dt = kPeriod / kSteps;
   for (int k = 0; k < 1500; ++k) {
-    const double u = k < 500 ? 95.0 : k < 1000 ? 5.0 : 50.0;  // free, it would reach 117 and -51
+    // without ends it would reach 117 and -51
+    const double u = k < 500 ? 95.0 : k < 1000 ? 5.0 : 50.0;
     const double stem = positioner.step(u);
     for (int i = 0; i < kSteps; ++i) {
       v += dt * kFrequency * (kFrequency * (u - x) - 2.0 * kDamping * v);
@@ -75,10 +76,10 @@ TEST_CASE("a swing ends where the travel ends", "[plant][overshoot]") {
     }
     REQUIRE(stem >= 0.0);
     REQUIRE(stem <= 100.0);
-    REQUIRE(stem == Approx(x).margin(0.5));  // the end is met within a period, not at its end
+    REQUIRE(stem == Approx(x).margin(0.5));  // the end is reached within a period, not at its end
   }
   CHECK(positioner.reset(120.0) == 100.0);
-  // As a file makes it, its travel is the output's span.
+  // Made from a file, its travel is the output's span.
   effects::Effect made = effects::make_effect(
       {"positioner_overshoot", {{"damping", kDamping}, {"natural_frequency", kFrequency}}},
       {.sample_time_s = kPeriod, .output_low = 0.0, .output_high = 10.0});

@@ -23,7 +23,7 @@ double after(Positioner& positioner, double u, int periods) {
   return x;
 }
 
-// The equations of the header, integrated in ten thousand Euler steps a period.
+// The equations of the header, integrated in ten thousand Euler steps per period.
 struct Euler {
   Positioner::Parameters p;
   double z, x;
@@ -54,7 +54,7 @@ TEST_CASE("the positioner agrees with a fine integration", "[plant][positioner]"
   }
 }
 
-TEST_CASE("the stem stands anywhere inside the dead band", "[plant][positioner]") {
+TEST_CASE("the stem rests anywhere inside the dead band", "[plant][positioner]") {
   Positioner positioner(kSlow, kLow, kHigh, kPeriod);
   positioner.reset(5.0);
   CHECK(after(positioner, 5.49, 200) == Approx(5.0));
@@ -63,7 +63,7 @@ TEST_CASE("the stem stands anywhere inside the dead band", "[plant][positioner]"
   CHECK(after(positioner, 4.0, 400) < 4.7);
 }
 
-TEST_CASE("a slow ramp is followed half a dead band behind", "[plant][positioner]") {
+TEST_CASE("the stem follows a slow ramp with a lag of half a dead band", "[plant][positioner]") {
   Positioner positioner({.dead_band = 1.0, .gain_per_s = 10.0, .lag_s = 0.05}, kLow, kHigh,
                         kPeriod);
   positioner.reset(3.0);
@@ -118,7 +118,7 @@ TEST_CASE("a gain too high for its steps stays stable", "[plant][positioner]") {
   CHECK(after(positioner, 7.0, 3) == Approx(6.95).margin(1e-6));
 }
 
-TEST_CASE("what is not a number leaves the stem where it is", "[plant][positioner]") {
+TEST_CASE("a CO that is not a number leaves the stem where it is", "[plant][positioner]") {
   Positioner positioner(kSlow, kLow, kHigh, kPeriod);
   positioner.reset(5.0);
   CHECK(positioner.step(std::numeric_limits<double>::quiet_NaN()) == 5.0);

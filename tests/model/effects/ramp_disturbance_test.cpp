@@ -17,7 +17,7 @@ const std::vector<std::string> kNames{"ramp_disturbance", "step_disturbance", "d
 
 }  // namespace
 
-TEST_CASE("nothing before it, its part on the way, all of it from its end on",
+TEST_CASE("zero before the ramp, its part during it, all of it from its end on",
           "[effects][ramp_disturbance]") {
   effects::RampDisturbance ramp(-0.8, 100.0, 140.0);
   CHECK(ramp.reset(5.0) == 5.0);

@@ -10,7 +10,7 @@ namespace recycle_test {
 
 using namespace loopwarden;
 
-TEST_CASE("a step goes in stairs, each a share of the one before, to the whole",
+TEST_CASE("a step rises in stairs, each a share of the one before, to the whole",
           "[effects][recycle]") {
   effects::Recycle way(0.4, 2.0, 0.0, 0.1);
   way.reset(1.0);
@@ -30,13 +30,13 @@ TEST_CASE("a step goes in stairs, each a share of the one before, to the whole",
   CHECK(way.step(3.0) == 3.0);
 }
 
-TEST_CASE("what comes back is late by the lag too", "[effects][recycle]") {
+TEST_CASE("recycled material is also late by the lag", "[effects][recycle]") {
   effects::Recycle way(0.5, 1.0, 3.0, 0.1);
   way.reset(0.0);
   double x = 0.0;
   for (int k = 0; k < 10; ++k) x = way.step(1.0);
   CHECK(x == Approx(0.5));
-  // The first stair through a lag of 3 s, 3 s after it began to come.
+  // The first stair through a lag of 3 s, 3 s after its beginning.
   double lagged = 0.0;
   const double keep = std::exp(-0.1 / 3.0);
   for (int k = 0; k < 10; ++k) {

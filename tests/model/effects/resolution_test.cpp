@@ -28,7 +28,7 @@ TEST_CASE("the stem rests at whole steps from the lower end, never more than hal
   CHECK(valve.reset(5.3) == Approx(5.6));
 }
 
-TEST_CASE("a step of nothing is no step, and severity scales it", "[effects][resolution]") {
+TEST_CASE("a step of size zero is no step, and severity scales it", "[effects][resolution]") {
   effects::Resolution fine(0.0, 0.0);
   CHECK(fine.step(3.217) == 3.217);
   effects::Resolution valve(1.0, 0.0);
@@ -55,7 +55,7 @@ TEST_CASE("a coarse valve is found in its step, no stiction in its place",
   CHECK(found);
 }
 
-TEST_CASE("backlash stays backlash beside a coarse valve", "[effects][resolution]") {
+TEST_CASE("backlash is named backlash in a model with a coarse valve", "[effects][resolution]") {
   plant::LoopModel truth = test::believed_model();
   truth.valve_effects = {{"backlash", {{"deadband", 0.6}}}};
   CHECK(test::named_among({"resolution", "backlash"}, truth).first == "backlash");

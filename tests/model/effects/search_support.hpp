@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the search names first among a few effects, for the tests of one of them.
+// Searches for one effect among a few names, for the tests of single effects.
 #pragma once
 
 #include <algorithm>
@@ -13,11 +13,11 @@ namespace loopwarden::test {
 
 struct Named {
   std::string first;
-  double lead_nats;  // before the next name
+  double lead_nats;  // over the next name
   plant::LoopModel corrected;
 };
 
-// Alone, among `names`, in 130 s of `truth` with SP steps.
+// Searches for a single effect among `names`, in 130 s of `truth` with SP steps.
 inline Named named_among(const std::vector<std::string>& names, const plant::LoopModel& truth) {
   const gap::Record record = record_of(truth, 130.0);
   const gap::FreeRun run(believed_model(), record.co);

@@ -30,7 +30,7 @@ TEST_CASE("a share of the samples is off by the size, to both sides", "[effects]
   CHECK(down == Approx(500).margin(70));
 }
 
-TEST_CASE("spikes are named, passed over, and nothing else is", "[effects][spikes]") {
+TEST_CASE("spikes are named and skipped, and are the only name", "[effects][spikes]") {
   plant::LoopModel truth = test::believed_model();
   truth.transmitter_effects = {{"spikes", {{"share", 0.02}, {"size", 1.5}}}};
   const gap::Result result =
@@ -42,7 +42,7 @@ TEST_CASE("spikes are named, passed over, and nothing else is", "[effects][spike
   CHECK(result.effects[0].spec.name == "spikes");
   CHECK(result.effects[0].spec.parameters.at("share") == Approx(0.02).epsilon(0.3));
   CHECK(result.effects[0].spec.parameters.at("size") == Approx(1.5).epsilon(0.05));
-  // A free run has none.
+  // A free run has no spikes.
   CHECK(result.after.rmse < 2.0 * result.floor.transmitter_rmse);
 }
 

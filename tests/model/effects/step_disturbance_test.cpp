@@ -7,7 +7,7 @@ namespace step_disturbance_test {
 
 using loopwarden::effects::StepDisturbance;
 
-TEST_CASE("the load comes on at its time and stays", "[plant][disturbance]") {
+TEST_CASE("the load starts at its time and stays", "[plant][disturbance]") {
   StepDisturbance load(-0.8, 30.0);
   CHECK(load.reset(5.0) == 5.0);
   CHECK(load.step(5.0, 29.9) == 5.0);

@@ -17,8 +17,9 @@ using namespace loopwarden::effects;
 
 namespace {
 
-// The paper's flow chart, in terms of the command at which the stem stuck: S more of it after a
-// reversal, J more in the direction in which it came, and an offset of (S - J) / 2 while moving.
+// The paper's flow chart, relative to the command at which the stem stuck. The stem breaks loose
+// after S more following a reversal, or J more in the same direction. While it moves, its offset is
+// (S - J) / 2.
 class FlowChart {
  public:
   FlowChart(double s, double j, double u) : s_(s), j_(j), u_(u), stuck_at_(u), x_(u) {}
@@ -30,7 +31,7 @@ class FlowChart {
       stuck_at_ = u_;
     }
     if (!moving_) {
-      const double further = (u - stuck_at_) * came_from_;  // on in the direction it came
+      const double further = (u - stuck_at_) * came_from_;  // onwards in the previous direction
       const double needed = further > 0.0 ? j_ : s_;
       if (std::abs(u - stuck_at_) > needed) {
         moving_ = true;
@@ -42,7 +43,7 @@ class FlowChart {
     return x_;
   }
 
-  // Starts as if it had just come upwards and stopped.
+  // Starts in the state after a move upwards and a stop.
   void came_upwards() {
     came_from_ = 1.0;
     x_ = u_ - (s_ - j_) / 2.0;
@@ -55,7 +56,7 @@ class FlowChart {
   bool moving_ = false;
 };
 
-// From rest at 0 both laws are brought to a stop at u = 20 on the way up.
+// Moves both laws from rest at 0 upwards, and stops them at u = 20.
 void bring_upwards(StictionChoudhury& law) {
   law.reset(0.0);
   for (double u = 1.0; u <= 20.0; u += 1.0) law.step(u);
@@ -96,7 +97,7 @@ TEST_CASE("the law is the paper's flow chart", "[plant][stiction]") {
 TEST_CASE("S after a reversal, J after a stop, and the jump between", "[plant][stiction]") {
   StictionChoudhury law({5.0, 2.0});
   bring_upwards(law);
-  CHECK(law.step(20.0) == 18.5);  // (S - J) / 2 behind
+  CHECK(law.step(20.0) == 18.5);  // lags by (S - J) / 2
   SECTION("reversal") {
     CHECK(law.step(15.01) == 18.5);
     CHECK(law.step(14.99) == Approx(14.99 + 1.5));  // jumped by J
@@ -154,7 +155,7 @@ TEST_CASE("severity scales S and J; at 0 the valve is healthy", "[plant][stictio
   for (const double u : {3.0, -4.0, -4.0, 0.7}) CHECK(half.step(u) == u);
 }
 
-TEST_CASE("what is not finite leaves the stem where it is", "[plant][stiction]") {
+TEST_CASE("a CO that is not finite leaves the stem where it is", "[plant][stiction]") {
   const double bad = GENERATE(
       values({std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}));
   StictionChoudhury law({5.0, 2.0});

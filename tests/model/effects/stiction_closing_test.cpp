@@ -13,7 +13,7 @@ namespace stiction_closing_test {
 using namespace loopwarden;
 using effects::StictionClosing;
 
-TEST_CASE("the same friction both ways is the law it stands on", "[plant][stiction]") {
+TEST_CASE("the same friction both ways is the one-way law", "[plant][stiction]") {
   StictionClosing both({1.2, 0.5}, {1.2, 0.5});
   effects::StictionChoudhury one({1.2, 0.5});
   both.reset(5.0);
@@ -24,7 +24,8 @@ TEST_CASE("the same friction both ways is the law it stands on", "[plant][sticti
   }
 }
 
-TEST_CASE("each way takes its own friction and what the other way left", "[plant][stiction]") {
+TEST_CASE("each direction has its own friction and continues from the other's end",
+          "[plant][stiction]") {
   // Opening: fs 0.7, fd 0.5. Closing: fs 1.1, fd 0.6.
   StictionClosing valve({1.2, 0.2}, {1.7, 0.5});
   valve.reset(5.0);
@@ -46,7 +47,7 @@ TEST_CASE("each way takes its own friction and what the other way left", "[plant
   CHECK(x - low == Approx(0.7 - 0.5).margin(0.005));  // j
 }
 
-TEST_CASE("what is not said of closing is as on opening, and only one law knows of it",
+TEST_CASE("closing values that are missing equal those of opening, and only one law has them",
           "[plant][stiction]") {
   const effects::EffectContext context{.output_high = 10.0};
   const auto stepped = [&](const effects::EffectSpec& spec) {

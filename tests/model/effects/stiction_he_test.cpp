@@ -24,7 +24,7 @@ TEST_CASE("the stem slips to the moving friction and sticks again", "[plant][sti
   CHECK(law.step(20.6) == Approx(22.1));
 }
 
-TEST_CASE("on a ramp it stick-slips where the Choudhury law moves on", "[plant][stiction]") {
+TEST_CASE("on a ramp it has stick-slip where the Choudhury law moves on", "[plant][stiction]") {
   StictionHe he({5.0, 2.0});
   StictionChoudhury choudhury({5.0, 2.0});
   he.reset(0.0);
@@ -40,7 +40,7 @@ TEST_CASE("on a ramp it stick-slips where the Choudhury law moves on", "[plant][
     if (u > 4.0) {
       he_at_rest += x == he_last ? 1 : 0;
       choudhury_at_rest += y == choudhury_last ? 1 : 0;
-      // Never farther from each other than a jump.
+      // The two are never farther apart than a jump.
       REQUIRE(std::abs(x - y) <= 2.0 + 1e-9);
     }
     he_last = x;
@@ -50,7 +50,7 @@ TEST_CASE("on a ramp it stick-slips where the Choudhury law moves on", "[plant][
   CHECK(he_at_rest > 900);  // it moves once in J = 20 samples
 }
 
-TEST_CASE("where every command is a large step, the two laws agree", "[plant][stiction]") {
+TEST_CASE("if every command is a large step, the two laws agree", "[plant][stiction]") {
   StictionHe he({5.0, 2.0});
   StictionChoudhury choudhury({5.0, 2.0});
   he.reset(0.0);

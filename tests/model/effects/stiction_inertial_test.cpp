@@ -42,7 +42,8 @@ TEST_CASE("it sticks up to the static friction, then slips beyond the moving fri
   for (int k = 0; k < 50; ++k) REQUIRE(valve.step(5.699) == 5.0);
   double x = 5.0;
   for (int k = 0; k < 50; ++k) x = valve.step(5.701);
-  // From rest at distance fs the stem swings about u - fd with amplitude j, and stops at its turn.
+  // From rest at distance fs the stem swings about u - fd with amplitude j, and stops at its
+  // reversal.
   const double overshoot =
       std::exp(-damping * std::numbers::pi / std::sqrt(1.0 - damping * damping));
   CHECK(x == Approx(5.701 - 0.3 + 0.4 * overshoot).margin(0.002));
@@ -86,7 +87,7 @@ TEST_CASE("overdamped, a slip creeps to where the moving friction holds it", "[p
   CHECK(last == Approx(5.701 - 0.3).margin(1e-3));
 }
 
-TEST_CASE("at severity 0 the stem follows at once; what is not a number moves nothing",
+TEST_CASE("at severity 0 the stem follows at once; a CO that is no number keeps the stem",
           "[plant][stiction]") {
   StictionInertial valve(kFriction, {6.0, 0.3}, kPeriod_s);
   valve.reset(5.0);
@@ -112,7 +113,7 @@ TEST_CASE("a slip ends where the travel ends, and friction holds the stem there"
   }
   if (damping < 1.0) {
     CHECK(farthest > 10.5);
-    // Held up to the static friction as anywhere, then off again.
+    // Held up to the static friction, as at any other place, then released.
     CHECK(valve.step(9.31) == 10.0);
     double x = 10.0;
     for (int k = 0; k < 20; ++k) x = valve.step(9.29);
@@ -121,7 +122,7 @@ TEST_CASE("a slip ends where the travel ends, and friction holds the stem there"
   valve.reset(0.9);
   for (int k = 0; k < 200; ++k) REQUIRE(valve.step(k < 100 ? 0.0 : 0.5) >= 0.0);
   CHECK(valve.reset(-3.0) == 0.0);
-  // As a file makes it, its travel is the output's span.
+  // Made from a file, its travel is the output's span.
   Effect made = loopwarden::effects::make_effect(
       {"stiction",
        {{"s", 1.0}, {"j", 0.4}, {"natural_frequency", 6.0}, {"damping", 0.1}},

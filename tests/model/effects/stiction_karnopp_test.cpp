@@ -33,8 +33,8 @@ struct Slip {
   double jump;  // CO units
 };
 
-// The first slip of a rising ramp of 0.5 CO units/s after a fall from 10 to 0: where, and how far
-// the stem goes beyond what the ramp itself would have moved it.
+// The first slip of a rising ramp of 0.5 CO units/s after a fall from 10 to 0: its place, and the
+// movement of the stem beyond that of the ramp itself.
 template <class Law>
 Slip slip_after_reversal(Law law, double period_s) {
   const double step = 0.5 * period_s;  // CO units
@@ -58,7 +58,7 @@ TEST_CASE("after a reversal it slips where the Choudhury law does, and as far",
   CAPTURE(period_s);
   const Slip physical = slip_after_reversal(StictionKarnopp({kS, kJ}, period_s), period_s);
   const Slip data_driven = slip_after_reversal(StictionChoudhury({kS, kJ}), period_s);
-  // Within 3 % of S, and what the command moves in a period.
+  // Within 3 % of S plus the movement of the command in a period.
   const double tolerance = 0.03 * kS + 0.5 * period_s;
   CHECK(data_driven.at_u == Approx(kS).margin(tolerance));
   CHECK(data_driven.jump == Approx(kJ).margin(tolerance));
@@ -80,7 +80,7 @@ TEST_CASE("on slow triangle waves the two laws draw the same loop", "[plant][sti
     const double u = triangle(k * period_s, wave_s);
     const double difference = physical.step(u) - data_driven.step(u);
     squares += difference * difference / samples;
-    // Only at a slip may they be apart, for a sample or two.
+    // They may differ only at a slip, for a sample or two.
     REQUIRE(std::abs(difference) <= kJ + 0.1);
   }
   CHECK(std::sqrt(squares) < 0.03 * kS);
@@ -133,7 +133,7 @@ TEST_CASE("severity scales the Karnopp friction; without any the stem follows",
   for (const double u : {3.0, -1.0, 0.2}) CHECK(law.step(u) == u);
 }
 
-TEST_CASE("what is not finite does not move the Karnopp stem", "[plant][stiction]") {
+TEST_CASE("a CO that is not finite does not move the Karnopp stem", "[plant][stiction]") {
   const double bad = GENERATE(
       values({std::numeric_limits<double>::quiet_NaN(), -std::numeric_limits<double>::infinity()}));
   StictionKarnopp law({kS, kJ}, 0.1);

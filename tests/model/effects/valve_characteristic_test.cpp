@@ -59,7 +59,7 @@ TEST_CASE("equal percentage means equal ratios of slope for equal travel",
   CHECK(slope(25.0) / slope(20.0) == Approx(std::pow(30.0, 0.25)).epsilon(1e-4));
 }
 
-TEST_CASE("a table is straight between its points and goes on beyond them",
+TEST_CASE("a table is straight between its points and continues beyond them",
           "[plant][characteristic]") {
   ValveCharacteristic::Parameters p{.curve = Curve::table, .point_count = 3};
   p.points[0] = {10.0, 12.0};

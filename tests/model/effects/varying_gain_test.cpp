@@ -19,7 +19,7 @@ const std::vector<std::string> kNames{"varying_gain", "gain_change", "drift", "s
 
 }  // namespace
 
-TEST_CASE("the factor goes through its points, smoothly, and never beyond its neighbours",
+TEST_CASE("the factor passes through its points, smoothly, and never beyond its neighbours",
           "[effects][varying_gain]") {
   const VaryingGain gain(
       {.points = {{{10.0, 1.0}, {30.0, 0.6}, {40.0, 0.55}, {80.0, 1.3}}}, .point_count = 4});
@@ -36,7 +36,7 @@ TEST_CASE("the factor goes through its points, smoothly, and never beyond its ne
     if (t < 40.0 - 0.02) CHECK(slope <= 1e-9);
     if (t > 40.0) CHECK(slope >= -1e-9);
   }
-  // Halfway between two points with level ends a cubic is halfway.
+  // Between two points with level ends, a cubic is at half height in the middle.
   const VaryingGain plain({.points = {{{0.0, 1.0}, {10.0, 2.0}}}, .point_count = 2});
   CHECK(plain.factor(5.0) == Approx(1.5));
 }
@@ -51,8 +51,7 @@ TEST_CASE("the flow is multiplied, and severity fades the factor in", "[effects]
   CHECK(gain.step(4.0, 20.0) == 4.0);
 }
 
-TEST_CASE("tables that fall in time or have factors of nothing are refused",
-          "[effects][varying_gain]") {
+TEST_CASE("tables that fall in time or have zero factors are refused", "[effects][varying_gain]") {
   const auto complaint = [](std::vector<std::pair<double, double>> table) {
     effects::EffectSpec spec{"varying_gain"};
     spec.table = std::move(table);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What may be said of a record of which an archive kept a part only.
+// Tests the statements that are allowed about a record of which an archive kept a part only.
 #include "model/gap/archived.hpp"
 
 #include <catch2/catch.hpp>
@@ -35,12 +35,12 @@ TEST_CASE("a stick wider than the archive's deviation is named, one that is narr
   CHECK(seen.effects[0].spec.name == "stiction");
   CHECK(seen.effects[0].confidence <= 0.85);
 
-  // The same record from an archive that may have kept it to 0.7 only.
+  // The same record from an archive with a deviation of up to 0.7.
   const gap::Result hidden = find(record, {.pv = 0.7, .co = 0.7});
   CHECK(hidden.outcome != gap::Outcome::missing_effect);
   CHECK(hidden.corrected == test::believed_model());
 
-  // Nobody knows to what: the gap is there, and has no name.
+  // The deviation of CO is unknown: the gap exists, but has no name.
   const gap::Result unknown = find(record, {.pv = 0.05, .co = 0.0, .known = false});
   REQUIRE(unknown.outcome == gap::Outcome::unexplained);
   CHECK(unknown.effects.empty());
@@ -49,7 +49,7 @@ TEST_CASE("a stick wider than the archive's deviation is named, one that is narr
   CHECK(unknown.remainder->looks_like == gap::LooksLike::compression);
 }
 
-TEST_CASE("a controller beside a thinned record is never said to be another one", "[gap][long]") {
+TEST_CASE("in a thinned record a controller is never reported as a different one", "[gap][long]") {
   plant::LoopModel truth = test::believed_model();
   truth.controller.pid.gains.kp *= 2.0;
   const gap::Result result =

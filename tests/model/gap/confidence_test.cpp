@@ -25,21 +25,20 @@ TEST_CASE("a confidence is the share of right names with that lead, by Laplace's
   CHECK(confidence(39.0, true, kTable) == Approx(0.8));
   CHECK(confidence(40.0, true, kTable) == Approx(0.99));
   CHECK(confidence(1e9, true, kTable) == Approx(0.99));
-  CHECK(confidence(-3.0, true, kTable) == Approx(0.4));  // behind its rival
-  // The same lead over a rest that is more than noise is worth what it was worth there.
+  CHECK(confidence(-3.0, true, kTable) == Approx(0.4));  // less likely than its rival
+  // With a remaining error above noise, the same lead has the share of such cases.
   CHECK(confidence(40.0, false, kTable) == Approx(0.5));
   CHECK(controller_confidence(kTable) == Approx(39.0 / 40.0));
 }
 
-TEST_CASE("nothing that was never seen is sure", "[gap][confidence]") {
+TEST_CASE("an outcome that was never seen is not sure", "[gap][confidence]") {
   constexpr std::array kEmpty{ConfidenceRow{}};
   const ConfidenceTable unseen{kEmpty, kEmpty, {}};
   CHECK(confidence(1000.0, true, unseen) == 0.5);
   CHECK(controller_confidence(unseen) == 0.5);
 }
 
-TEST_CASE("the kept table rises with the lead and promises nothing for certain",
-          "[gap][confidence]") {
+TEST_CASE("the kept table rises with the lead and never reaches certainty", "[gap][confidence]") {
   for (const auto& rows : {kConfidenceTable.rest_is_noise, kConfidenceTable.rest_is_more}) {
     REQUIRE_FALSE(rows.empty());
     CHECK(rows.front().from_nats == 0.0);
@@ -57,7 +56,7 @@ TEST_CASE("the kept table rises with the lead and promises nothing for certain",
   CHECK(controller_confidence() < 1.0);
 }
 
-TEST_CASE("what is left is noise up to its limits", "[gap][confidence]") {
+TEST_CASE("a remaining error within its limits is noise", "[gap][confidence]") {
   CHECK(is_noise(1.0, 3.0, 1.0, false));
   CHECK(is_noise(1.149, 4.99, 5.99, false));
   CHECK_FALSE(is_noise(1.151, 3.0, 1.0, false));

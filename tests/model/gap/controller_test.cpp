@@ -14,7 +14,7 @@ using namespace loopwarden;
 
 namespace {
 
-// CO stands at its upper limit for a good part of the record.
+// CO is at its upper limit for a good part of the record.
 plant::LoopModel limited_model() {
   plant::LoopModel model = test::believed_model();
   model.controller.output.high = 10.0;
@@ -50,7 +50,8 @@ gap::Record exact_record(plant::LoopModel truth) {
   return record;
 }
 
-// CO of a PI with `kp` times the model's gain on a square wave of SP, and what no PI gives beside it.
+// CO of a PI with `kp` times the model's gain on a square wave of SP, plus `beside`, which no PI
+// gives.
 gap::ControllerFinding square_wave(double kp, double amplitude, double beside = 0.0) {
   plant::LoopModel model = test::believed_model();
   model.controller.pid.gains.kp = 0.9;
@@ -111,7 +112,7 @@ TEST_CASE("replayed on what it measured, the controller repeats itself", "[gap][
   }
 }
 
-TEST_CASE("settings are found beside stretches at the limit, and in direct action",
+TEST_CASE("settings are found in spite of stretches at the limit, and in direct action",
           "[gap][controller]") {
   const bool direct = GENERATE(false, true);
   const plant::LoopModel model = direct ? direct_model() : limited_model();
@@ -174,11 +175,11 @@ TEST_CASE("other settings are found as they are", "[gap][controller]") {
   CHECK(found.after_rmse < 0.1 * found.before_rmse);
 }
 
-TEST_CASE("another anti-windup alone is never called other settings", "[gap][controller]") {
+TEST_CASE("a different anti-windup is never reported as different settings", "[gap][controller]") {
   plant::LoopModel truth = test::believed_model();
   truth.controller.pid.anti_windup = control::AntiWindup::conditional;
   truth.controller.output.high = 10.0;
-  truth.process.gain = 0.5;  // the upper set points can't be reached: CO stands at its limit
+  truth.process.gain = 0.5;  // the upper set points can't be reached: CO is at its limit
   plant::LoopModel model = truth;
   model.controller.pid.anti_windup = control::AntiWindup::integral_clamp;
   const gap::ControllerFinding found =
@@ -188,8 +189,7 @@ TEST_CASE("another anti-windup alone is never called other settings", "[gap][con
   CHECK(found.anti_windup == "conditional");
 }
 
-TEST_CASE("behind a stretch that was not recorded the controller starts anew",
-          "[gap][controller]") {
+TEST_CASE("after a stretch that was not recorded the controller restarts", "[gap][controller]") {
   const plant::LoopModel model = test::believed_model();
   gap::Record record = test::record_of(model, 120.0);
   const std::size_t from = GENERATE(0U, 100U);
@@ -211,7 +211,7 @@ TEST_CASE("a column without a value is a column that was not measured", "[gap][c
   CHECK_FALSE(gap::compare_controller(record, model).compared);
 }
 
-TEST_CASE("without CO or SP there is nothing to compare", "[gap][controller]") {
+TEST_CASE("without CO or SP no controller is compared", "[gap][controller]") {
   const plant::LoopModel model = test::believed_model();
   gap::Record record = test::record_of(model, 30.0);
   record.co.clear();
@@ -246,7 +246,7 @@ TEST_CASE("a dead band of the error is found with its width", "[gap][controller]
   CHECK(found.filter_s == 0.0);
 }
 
-TEST_CASE("other gains alone have neither filter nor dead band", "[gap][controller]") {
+TEST_CASE("different gains have neither filter nor dead band", "[gap][controller]") {
   plant::LoopModel truth = test::believed_model();
   truth.controller.pid.gains.kp = 0.6;
   const gap::ControllerFinding found =

@@ -18,7 +18,7 @@ constexpr std::array kMore{ConfidenceRow{0.0, 18, 9}};
 const ConfidenceTable kTable{kNoise, kMore, {0.0, 38, 38}};
 constexpr Scale kScale{.noise_rms = 0.01, .least_rms = 0.015};
 
-// One clear name over noise.
+// One clear name, with an error of noise only.
 Competition one_name() {
   return {{{"stiction"}, 100.0, 0.01}, {{{"backlash"}, 50.0}, {{"stiction"}, 100.0}}, 0.5};
 }
@@ -48,7 +48,7 @@ TEST_CASE("a name over noise is given with the confidence of its lead", "[gap][d
   CHECK(outcome_of(d, Proof::holds) == Outcome::missing_effect);
 }
 
-TEST_CASE("each of a pair has a lead and a confidence of its own", "[gap][decide]") {
+TEST_CASE("each of a pair has a separate lead and confidence", "[gap][decide]") {
   const Competition pair{{{"stiction", "gain_change"}, 200.0},
                          {{{"stiction"}, 185.0}, {{"gain_change", "backlash"}, 100.0}},
                          0.5};
@@ -61,13 +61,13 @@ TEST_CASE("each of a pair has a lead and a confidence of its own", "[gap][decide
   CHECK(d.named[1].confidence == Approx(0.8));
 }
 
-TEST_CASE("names six nats behind or nearer are alternatives", "[gap][decide]") {
+TEST_CASE("names within six nats of the first are alternatives", "[gap][decide]") {
   Competition near = one_name();
   near.tried[0].score = 94.01;
   CHECK(decided(near, noise()).named[0].alternatives == std::vector<std::string>{"backlash"});
   near.tried[0].score = 93.99;
   CHECK(decided(near, noise()).named[0].alternatives.empty());
-  // Of a pair only what stands in place of the name, each once.
+  // For a pair, only the names that replace this name, each once.
   const Competition pair{{{"stiction", "drift"}, 100.0},
                          {{{"backlash", "drift"}, 97.0},
                           {{"backlash", "extra_lag"}, 96.0},
@@ -80,7 +80,7 @@ TEST_CASE("names six nats behind or nearer are alternatives", "[gap][decide]") {
         std::vector<std::string>{"backlash", "extra_lag", "output_bias"});
 }
 
-TEST_CASE("what closes nothing is no rival, however likely", "[gap][decide]") {
+TEST_CASE("an effect that closes no gap is no rival, however likely", "[gap][decide]") {
   Competition load = one_name();
   load.tried.push_back({{"step_disturbance"}, 120.0, 0.4999});
   const Decision d = decided(load, noise());
@@ -92,7 +92,7 @@ TEST_CASE("what closes nothing is no rival, however likely", "[gap][decide]") {
         std::vector<std::string>{"step_disturbance"});
 }
 
-TEST_CASE("what the reading itself shows stands, whatever the fit says", "[gap][decide]") {
+TEST_CASE("a finding of the reading itself is kept, whatever the fit", "[gap][decide]") {
   Decision d = decided(one_name(), more_than_noise());
   d.by_reading = true;
   CHECK(outcome_of(d, Proof::refuted) == Outcome::missing_effect);
@@ -100,16 +100,17 @@ TEST_CASE("what the reading itself shows stands, whatever the fit says", "[gap][
   CHECK(outcome_of(d, Proof::holds) == Outcome::missing_effect);
 }
 
-TEST_CASE("a rest that is more than noise needs the proof of the holdout", "[gap][decide]") {
+TEST_CASE("a remaining error above noise needs the proof of the holdout", "[gap][decide]") {
   const Decision d = decided(one_name(), more_than_noise());
   CHECK_FALSE(d.believable);
   CHECK(d.unexplained);
   CHECK(outcome_of(d, Proof::refuted) == Outcome::unexplained);
-  // Unless the names hold on data that the fit never saw.
+  // Unless the names hold on data that the fit did not use.
   CHECK(outcome_of(d, Proof::holds) == Outcome::missing_effect);
   CHECK(outcome_of(d, Proof::partly) == Outcome::missing_effect);
 
-  // What closes enough on the data of the fit is believable, and worth what such names are worth.
+  // A name that closes enough on the data of the fit is believable. It gets the usual confidence of
+  // such names.
   Residuals mostly = more_than_noise();
   mostly.believable = true;
   const Decision named = decided(one_name(), mostly);
@@ -118,7 +119,7 @@ TEST_CASE("a rest that is more than noise needs the proof of the holdout", "[gap
   CHECK(outcome_of(named, Proof::holds) == Outcome::missing_effect);
 }
 
-TEST_CASE("a rest that is more than noise but does not matter is no gap", "[gap][decide]") {
+TEST_CASE("a remaining error above noise is no gap if it does not matter", "[gap][decide]") {
   Competition none{{{}, 0.0, 0.018}, {}, 0.018};
   // sqrt(0.01^2 + 0.015^2) = 0.01803
   CHECK_FALSE(decided(none, more_than_noise()).unexplained);
@@ -136,7 +137,7 @@ TEST_CASE("noise and a quiet load are no gap, whatever their size", "[gap][decid
   CHECK(outcome_of(d, Proof::holds) == Outcome::no_gap);
 }
 
-TEST_CASE("a controller speaks for itself", "[gap][decide]") {
+TEST_CASE("a controller needs no other evidence", "[gap][decide]") {
   const Competition none{{{}, 0.0, 0.01}, {}, 0.01};
   ControllerFinding other;
   other.compared = true;
@@ -147,7 +148,7 @@ TEST_CASE("a controller speaks for itself", "[gap][decide]") {
   CHECK(outcome_of(decided(none, noise(), other), Proof::holds) == Outcome::unexplained);
 }
 
-TEST_CASE("settings that make CO to the last step are named, whatever the plant lacks",
+TEST_CASE("settings that reproduce CO to the last step are named, whatever the plant lacks",
           "[gap][decide]") {
   const Competition none{{{}, 0.0, 0.4}, {}, 0.4};
   ControllerFinding other;
@@ -170,13 +171,13 @@ TEST_CASE("other settings of the controller close no gap of the plant", "[gap][d
   CHECK(outcome_of(decided(none, more_than_noise(), other), Proof::holds) == Outcome::unexplained);
 }
 
-TEST_CASE("what only partly holds is never sure", "[gap][decide]") {
+TEST_CASE("a name that only partly holds is never sure", "[gap][decide]") {
   CHECK(confidence_after(0.97, Proof::holds) == 0.97);
   CHECK(confidence_after(0.97, Proof::partly) == 0.89);
   CHECK(confidence_after(0.6, Proof::partly) == 0.6);
 }
 
-TEST_CASE("what the holdout refutes is unexplained", "[gap][decide]") {
+TEST_CASE("a name that the holdout refutes is unexplained", "[gap][decide]") {
   CHECK(outcome_of(decided(one_name(), noise()), Proof::refuted) == Outcome::unexplained);
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The whole workflow among a few names, one at a time: fast enough for many tests.
+// Runs the whole workflow with a few names, one at a time: fast enough for many tests.
 #pragma once
 
 #include <algorithm>

@@ -63,11 +63,11 @@ TEST_CASE("more dead time is found, within what the allowances hide", "[gap][fit
     Setup setup(truth, false);
     const gap::Fit fit = setup.with("extra_dead_time");
     const double found = fit.point.searched[0][0];
-    // 3 % and half a period may be the model's own dead time; the sum is sharp.
+    // 3 % and half a period may belong to the model's own dead time; the sum is exact.
     CHECK(found == Approx(0.7).margin(0.1));
     CHECK(found + fit.point.dead_time_s == Approx(1.5).margin(0.02));
   }
-  // A healthy valve's momentum delays as well, by up to a tenth of a second or two.
+  // The momentum of a healthy valve also delays, by up to one or two tenths of a second.
   Setup setup(truth);
   const gap::Fit fit = setup.with("extra_dead_time");
   CHECK(fit.point.searched[0][0] == Approx(0.7).margin(0.2));
@@ -84,19 +84,19 @@ TEST_CASE("the process stays within the model's uncertainty, whatever is missing
        {setup.fitter.fit_model(), setup.with("output_bias"), setup.with("extra_lag")}) {
     CHECK(fit.solved[0] <= 1.03 + 1e-9);
     CHECK(fit.point.time_constant_s <= 2.0 * 1.06 + 1e-9);
-    CHECK(fit.point.dead_time_s <= 0.8 * 1.03 + 0.05 + 1e-9);  // half a period on top
+    CHECK(fit.point.dead_time_s <= 0.8 * 1.03 + 0.05 + 1e-9);  // half a period in addition
     CHECK(fit.point.friction <= gap::Fitter::kHealthyFriction * 10.0 + 1e-12);
   }
 }
 
-TEST_CASE("a wandering load is told from noise, and one that is too large shows at the limit",
+TEST_CASE("a wandering load is no noise, and one that is too large shows at the limit",
           "[gap][fit]") {
   plant::LoopModel truth = test::believed_model();
   Setup quiet(truth);
   const gap::Fit without = quiet.fitter.fit_model();
   CHECK(quiet.fitter.load_ratio(without) < 0.05);
   CHECK_FALSE(quiet.fitter.load_at_limit(without));
-  // 0.1 and 2 of the noise in one period; up to 0.3 is allowed for.
+  // 0.1 and 2 times the noise in one period; up to 0.3 is allowed.
   truth.disturbances = {{"random_load", {{"intensity", 0.1 * 0.015 / std::sqrt(0.1)}}}};
   Setup wandering(truth);
   const double ratio = wandering.fitter.load_ratio(wandering.fitter.fit_model());
@@ -107,7 +107,8 @@ TEST_CASE("a wandering load is told from noise, and one that is too large shows 
   CHECK(wild.fitter.load_at_limit(wild.fitter.fit_model()));
 }
 
-TEST_CASE("what a healthy valve leaves for seconds is not taken for a load", "[gap][fit]") {
+TEST_CASE("an error that a healthy valve leaves for seconds is not taken for a load",
+          "[gap][fit]") {
   Setup setup(test::believed_model());
   loopwarden::numeric::Random random(31);
   const double keep = std::exp(-0.1 / 1.5);  // forgotten in 1.5 s
@@ -121,7 +122,7 @@ TEST_CASE("what a healthy valve leaves for seconds is not taken for a load", "[g
     const gap::Fitter fitter(setup.run, setup.record.pv, used, {.load = 0.3, .valve = valve}, true);
     return fitter.load_ratio(fitter.fit_model());
   };
-  CHECK(load_beside(0.0) > 0.1);  // nothing else can whiten it
+  CHECK(load_beside(0.0) > 0.1);  // only the load can whiten it
   CHECK(load_beside(2.0) < 0.02);
 }
 
@@ -132,7 +133,7 @@ TEST_CASE("play between stem and plug is found in its size", "[gap][fit]") {
   const gap::Fit fit = setup.with("backlash");
   CHECK(fit.point.searched[0][0] == Approx(0.8).epsilon(0.08));
   CHECK(std::abs(fit.solved[0] - 1.0) <= 0.03 + 1e-9);
-  // Taking it out again leaves the model alone.
+  // Removing the term again restores the model.
   const gap::Fit less = setup.fitter.fit_without(fit, 0, 100);
   CHECK(less.terms.empty());
   CHECK(less.deviance > fit.deviance + 100.0);

@@ -20,7 +20,7 @@ namespace {
 
 constexpr std::size_t kSamples = 700;
 
-// A model whose every block holds something.
+// A model with content in every block.
 plant::LoopModel full_model() {
   plant::LoopModel m = believed_model();
   m.valve_effects = {{"backlash", {{"deadband", 0.2}}},
@@ -58,7 +58,7 @@ double farthest(const std::vector<double>& a, const std::vector<double>& b, std:
   return most;
 }
 
-// Wide, so that nothing is clamped.
+// Wide, so that clamping never occurs.
 plant::LoopModel unlimited(plant::LoopModel m) {
   m.transmitter.low = -100.0;
   m.transmitter.high = 100.0;
@@ -67,7 +67,7 @@ plant::LoopModel unlimited(plant::LoopModel m) {
 
 }  // namespace
 
-TEST_CASE("the free run is what the plant gives under the same CO", "[gap][free_run]") {
+TEST_CASE("the free run equals the plant under the same CO", "[gap][free_run]") {
   const plant::LoopModel m = unlimited(GENERATE(believed_model(), full_model()));
   const std::vector<double> co = exciting_output(kSamples);
   const FreeRun run(m, co);
@@ -111,12 +111,12 @@ TEST_CASE("the corrected model runs as the fit does", "[gap][free_run]") {
     }
     if (candidate.solves_gain) solved[0] = 1.7;
     const plant::LoopModel corrected = run.corrected(terms, point, solved);
-    // A sine with a phase is not there when the plant comes to rest; the fit's is, from the first
-    // sample on. The transmitter's lag forgets that.
+    // The plant rests at the start without the sine's phase; the fit has the sine from the first
+    // sample on. The transmitter's lag forgets the difference.
     const std::size_t from = candidate.columns == 2 ? 80 : 0;
     std::vector<double> pv = combined(run, terms, point, solved);
     run.show(terms, point, pv);
-    // A lag that is a term does not pass on what moves in the model's own offset.
+    // A lag that is a term does not pass on the movement of the model's own offset.
     const bool lags_offset = std::string(candidate.name) == "plugging" && !m.disturbances.empty();
     CHECK(farthest(pv, driven(corrected, co), from) < (lags_offset ? 0.04 : 1e-6));
     if (candidate.solves_gain) {
@@ -128,7 +128,7 @@ TEST_CASE("the corrected model runs as the fit does", "[gap][free_run]") {
   }
 }
 
-TEST_CASE("effects of the valve stand in the order of the signal", "[gap][free_run]") {
+TEST_CASE("effects of the valve are in the order of the signal", "[gap][free_run]") {
   plant::LoopModel m = believed_model();
   m.valve_effects = {{"valve_characteristic", {}, {{"curve", "butterfly"}}}};
   const std::vector<double> co = exciting_output(100);
@@ -179,7 +179,7 @@ TEST_CASE("the unknown past dies out with the process and after the dead time", 
   CHECK(columns[2][13] == Approx(std::pow(keep, 5)).epsilon(1e-9));
 }
 
-TEST_CASE("a stem that rests beside CO at the start shifts the whole beginning",
+TEST_CASE("a stem that rests apart from CO at the start shifts the whole beginning",
           "[gap][free_run]") {
   const plant::LoopModel m = believed_model();
   const std::vector<double> co(300, 5.0);

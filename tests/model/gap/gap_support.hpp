@@ -29,7 +29,7 @@ inline plant::LoopModel believed_model() {
   return model;
 }
 
-// A run, measured every sample.
+// A simulated run, measured every sample.
 inline gap::Record run_of(const plant::LoopModel& truth, double seconds) {
   plant::SimulatedLoop loop(truth, 10.0 / 4096.0);
   gap::Record record{.period_s = truth.sample_time_s, .pv = {}, .sp = {}, .co = {}};
@@ -51,7 +51,7 @@ inline gap::Record record_of(plant::LoopModel truth, double seconds, std::uint64
   return run_of(truth, seconds);
 }
 
-// CO that steps, ramps and turns back, 2 to 7.5.
+// A CO that steps, ramps and reverses, 2 to 7.5.
 inline std::vector<double> exciting_output(std::size_t samples, std::uint64_t seed = 11) {
   numeric::Random random(seed);
   std::vector<double> co;
@@ -68,7 +68,7 @@ inline std::vector<double> exciting_output(std::size_t samples, std::uint64_t se
   return co;
 }
 
-// PV of the plant under a given CO.
+// Returns PV of the plant under a given CO.
 inline std::vector<double> driven(const plant::LoopModel& model, const std::vector<double>& co,
                                   std::uint64_t seed = 1) {
   plant::Plant plant(model, seed);
@@ -81,7 +81,7 @@ inline std::vector<double> driven(const plant::LoopModel& model, const std::vect
   return pv;
 }
 
-// The candidates as the workflow makes them for a model and a CO.
+// Returns the candidates that the workflow makes for a model and a CO.
 inline std::vector<gap::Candidate> candidates_for(const plant::LoopModel& m,
                                                   const std::vector<double>& co) {
   const auto [low, high] = std::minmax_element(co.begin(), co.end());

@@ -20,7 +20,7 @@ constexpr double kNoise = 0.015;
 
 using Column = std::vector<double>;
 
-// A set point that moves once in 16 s, and one that stands.
+// A set point that moves once in 16 s, and a constant one.
 Column moving_sp(std::uint64_t seed = 5) {
   numeric::Random random(seed);
   Column sp;
@@ -77,7 +77,7 @@ TEST_CASE("a load that wanders by itself follows neither SP nor CO", "[gap][inde
   for (std::uint64_t seed = 1; seed <= 60; ++seed) {
     const Column load = wandering(seed);
     const Column sp = moving_sp(100 + seed);
-    // CO makes up for the load: only its part that follows SP may be asked.
+    // CO compensates the load. Only the part of CO that follows SP may be tested.
     Column co = through_lag(sp, 2.0);
     const Column smooth = through_lag(load, 2.0);
     for (std::size_t k = 0; k < kSamples; ++k) co[k] -= smooth[k];
@@ -86,10 +86,10 @@ TEST_CASE("a load that wanders by itself follows neither SP nor CO", "[gap][inde
     follows += test.follows() ? 1 : 0;
   }
   CHECK(made >= 45);
-  CHECK(follows <= 2);  // 1 % each, were all of it large enough to matter
+  CHECK(follows <= 2);  // 1 % each, if all of them were large enough to matter
 }
 
-TEST_CASE("what answers to SP is found under a load, and its size", "[gap][independence]") {
+TEST_CASE("a response to SP is found under a load, with its size", "[gap][independence]") {
   const Column sp = moving_sp();
   Column co = through_lag(sp, 2.0);
   const Column answer = through_lag(co, 2.0);
@@ -108,7 +108,7 @@ TEST_CASE("what answers to SP is found under a load, and its size", "[gap][indep
   CHECK(test.follows_rms == Approx(std::sqrt(sum / (kSamples - kFrom))).epsilon(0.3));
 }
 
-TEST_CASE("what answers alike to moves up and down is found too", "[gap][independence]") {
+TEST_CASE("a response that is equal for moves up and down is found too", "[gap][independence]") {
   const Column sp = moving_sp();
   Column error = wandering(4);
   Column moves(kSamples, 0.0);
@@ -118,7 +118,7 @@ TEST_CASE("what answers alike to moves up and down is found too", "[gap][indepen
   CHECK(tested(error, sp).follows_sp);
 }
 
-TEST_CASE("what follows but does not matter is let pass", "[gap][independence]") {
+TEST_CASE("a response that does not matter is accepted", "[gap][independence]") {
   const Column sp = moving_sp();
   numeric::Random random(6);
   const Column answer = through_lag(sp, 2.0);
@@ -143,7 +143,7 @@ TEST_CASE("what follows but does not matter is let pass", "[gap][independence]")
   CHECK(counts.follows_sp);
 }
 
-TEST_CASE("without moves of SP the test has no power, and says so", "[gap][independence]") {
+TEST_CASE("without moves of SP the test has no power, and reports this", "[gap][independence]") {
   const Column load = wandering(7);
   const Independence standing = tested(load, Column(kSamples, 5.0));
   CHECK_FALSE(standing.tested);
@@ -151,13 +151,13 @@ TEST_CASE("without moves of SP the test has no power, and says so", "[gap][indep
   const Independence unknown = tested(load, {});
   CHECK_FALSE(unknown.tested);
   CHECK(unknown.why_not == "SP is not known");
-  // Before the stretch only.
+  // Moves only before the tested stretch.
   Column early = moving_sp();
   for (std::size_t k = kFrom; k < kSamples; ++k) early[k] = early[kFrom];
   CHECK_FALSE(tested(load, early).tested);
 }
 
-TEST_CASE("one move is enough where what is left would stand out", "[gap][independence]") {
+TEST_CASE("one move is enough if the remaining error would be conspicuous", "[gap][independence]") {
   Column sp(kSamples, 4.0);
   for (std::size_t k = 2000; k < kSamples; ++k) sp[k] = 6.0;
   CHECK(tested(wandering(7), sp).tested);
@@ -166,7 +166,7 @@ TEST_CASE("one move is enough where what is left would stand out", "[gap][indepe
   const Column answer = through_lag(through_lag(sp, 2.0), 2.0);
   for (std::size_t k = 0; k < kSamples; ++k) error[k] += 0.2 * (answer[k] - 5.0);
   CHECK(tested(error, sp).follows_sp);
-  // At the very end nothing can answer any more.
+  // After a move at the very end, no sample is left for a response.
   Column late(kSamples, 4.0);
   late.back() = 4.1;
   const Independence test = tested(wandering(7), late);
@@ -174,7 +174,7 @@ TEST_CASE("one move is enough where what is left would stand out", "[gap][indepe
   CHECK(test.why_not == "SP moves too little there");
 }
 
-TEST_CASE("where nothing is left there is nothing to test", "[gap][independence]") {
+TEST_CASE("pure noise passes the test, even with a constant SP", "[gap][independence]") {
   numeric::Random random(8);
   Column error;
   for (std::size_t k = 0; k < kSamples; ++k) error.push_back(kNoise * random.normal());
@@ -183,7 +183,7 @@ TEST_CASE("where nothing is left there is nothing to test", "[gap][independence]
   CHECK_FALSE(test.follows());
 }
 
-TEST_CASE("samples that don't count have no say", "[gap][independence]") {
+TEST_CASE("samples that don't count have no effect", "[gap][independence]") {
   const Column sp = moving_sp();
   Column error = wandering(9);
   std::vector<bool> counts(kSamples, true);

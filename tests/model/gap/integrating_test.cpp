@@ -34,7 +34,7 @@ TEST_CASE("the free run of an integrating model follows its own record",
   const gap::Result result = gap_of(model, test::record_of(model, 135.0));
   REQUIRE(result.check.usable);
   CHECK(result.outcome == gap::Outcome::no_gap);
-  // Down to the noise of record_of(): level and balance come from all of the fitted part.
+  // Down to the noise of record_of(): level and balance are fitted to the whole first part.
   CHECK(result.before.holdout_rmse < 1.3 * 0.015);
   CHECK(result.corrected.process.integrating());
 }
@@ -80,7 +80,7 @@ TEST_CASE("two lags forget how the record began as slowly as the slower of them"
   plant::LoopModel model = test::believed_model();
   model.process.time_constant_s = 0.6;
   model.process.second_time_constant_s = 6.0;
-  // From the middle of a move on.
+  // Begins in the middle of a move.
   gap::Record record = test::record_of(model, 135.0);
   const auto cut = [](std::vector<double>& column) {
     column.erase(column.begin(), column.begin() + 130);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is learned of a plant that no name fits, by the whole workflow with the names taken out.
+// Tests the law that is learned for a plant that no name fits, with the whole workflow and without
+// the names.
 #include "model/gap/learn.hpp"
 
 #include <algorithm>
@@ -16,7 +17,7 @@ namespace learn_test {
 
 using namespace loopwarden;
 
-// No name is looked for, so that only what is learned can explain the record.
+// Searches for no name, so that only a learned law can explain the record.
 gap::Result nameless(const gap::Record& record, bool learns = true) {
   gap::Options options;
   for (const effects::Descriptor& info : effects::effect_catalogue()) {
@@ -72,7 +73,7 @@ TEST_CASE("a disturbance of no form is not learned", "[gap][learn]") {
   CHECK(result.corrected == test::believed_model());
 }
 
-TEST_CASE("where nothing is missing nothing is learned", "[gap][learn]") {
+TEST_CASE("no law is learned if the model is complete", "[gap][learn]") {
   CHECK(nameless(test::record_of(test::believed_model(), 200.0)).outcome == gap::Outcome::no_gap);
 }
 
@@ -84,7 +85,7 @@ TEST_CASE("a name that is left out is not given, and learning can be left out", 
   CHECK(result.candidates.empty());
 }
 
-TEST_CASE("a law ousts names by a fifth of the gap, in all or on two blocks of three",
+TEST_CASE("a law outperforms names by a fifth of the gap, in all or on two blocks of three",
           "[gap][learn]") {
   // Six blocks of ten samples; the model leaves 1 in each.
   gap::Learned law;
@@ -93,7 +94,8 @@ TEST_CASE("a law ousts names by a fifth of the gap, in all or on two blocks of t
         {.range = {10 * b, 10 * b + 10}, .samples = 10.0, .model = 10.0, .learned = 1.0});
   }
   const std::vector<bool> counts(60, true);
-  // Names that leave `rms` of the first `blocks`, and as much as the law of the others.
+  // Squared error of names that leave `square` in the first `blocks`, and as much as the law in the
+  // others.
   const auto left = [](std::size_t blocks, double square) {
     std::vector<double> out(60, std::sqrt(0.1));
     std::fill(out.begin(), out.begin() + static_cast<std::ptrdiff_t>(10 * blocks),
@@ -104,8 +106,9 @@ TEST_CASE("a law ousts names by a fifth of the gap, in all or on two blocks of t
   CHECK_FALSE(gap::ousts(law, left(6, 0.299), counts, 0.0));
   CHECK(gap::ousts(law, left(4, 0.301), counts, 0.0));
   CHECK_FALSE(gap::ousts(law, left(3, 0.301), counts, 0.0));
-  CHECK(gap::ousts(law, left(1, 1.4), counts, 0.0));  // so much in one that it is a fifth in all
-  // Blocks without a gap have no say.
+  // so much in one block that it is a fifth in all
+  CHECK(gap::ousts(law, left(1, 1.4), counts, 0.0));
+  // Blocks without a gap don't count.
   CHECK_FALSE(gap::ousts(law, left(6, 0.301), counts, 0.6));
   CHECK_FALSE(gap::ousts(law, left(6, 0.301), std::vector<bool>(60, false), 0.0));
 }

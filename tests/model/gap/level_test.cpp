@@ -28,7 +28,7 @@ plant::LoopModel heater() {
   return model;
 }
 
-// PV of `truth` at rest at CO 0, then with CO by hand; from the first of the steps on.
+// PV of `truth` at rest at CO 0, then with manual CO. The record begins at the first of the steps.
 gap::Record driven_from_cold(const plant::LoopModel& truth, std::size_t samples = 900) {
   plant::Plant plant(truth, 1);
   plant.reset(0.0);
@@ -76,7 +76,7 @@ TEST_CASE("A cold start is no effect, with one lag and with two", "[gap][level]"
   CHECK(result.before.rmse == Approx(0.05).epsilon(0.2));
 }
 
-TEST_CASE("PV beside the level that the model states is a bias", "[gap][level]") {
+TEST_CASE("PV off the level that the model states is a bias", "[gap][level]") {
   plant::LoopModel model = heater();
   model.process.level = 22.0;
   plant::LoopModel truth = model;
@@ -112,7 +112,7 @@ TEST_CASE("A valve that sticks above an unknown base is found as one", "[gap][le
   CHECK(result.effects[1].spec.parameters.at("bias") == Approx(6.0).margin(0.4));
 }
 
-TEST_CASE("Where there is no valve none of its effects is a candidate", "[gap][level]") {
+TEST_CASE("A model without a valve has no valve effects as candidates", "[gap][level]") {
   plant::LoopModel model = heater();
   model.has_valve = false;
   plant::LoopModel truth = heater();

@@ -18,7 +18,7 @@ namespace {
 
 constexpr double kPeriod = 0.5;  // s
 
-// Load and noise of standard deviation `noise`, as the filter's header states them.
+// Load and noise of standard deviation `noise`, as defined in the filter's header.
 std::vector<double> wandering(std::size_t samples, double ratio, double noise, std::uint64_t seed) {
   Random random(seed);
   const double keep = std::exp(-kPeriod / LoadFilter::kReturnTime_s);
@@ -38,7 +38,7 @@ std::vector<double> whitened(const LoadFilter& filter, const std::vector<double>
   return out;
 }
 
-// Correlation of neighbours `lag` apart over the mean square.
+// Returns the correlation of values `lag` apart over the mean square.
 double correlation(const std::vector<double>& v, std::size_t lag) {
   double product = 0.0;
   double square = 0.0;
@@ -55,7 +55,7 @@ double mean_square(const std::vector<double>& v) {
   return sum / static_cast<double>(v.size());
 }
 
-// Covariance of the used samples in units of the noise's.
+// Returns the covariance of the used samples in units of the noise's variance.
 Eigen::MatrixXd covariance(const std::vector<bool>& used, double ratio, LoadFilter::Valve valve) {
   std::vector<double> at_s;
   for (std::size_t k = 0; k < used.size(); ++k) {
@@ -104,7 +104,7 @@ TEST_CASE("samples that are not used are passed over", "[gap][load]") {
   for (std::size_t k = 0; k < kSamples; ++k) {
     if (random.uniform() > 0.3) continue;
     used[k] = false;
-    series[k] = 1e9;  // what stands there must not matter
+    series[k] = 1e9;  // this value must not matter
   }
   const LoadFilter filter(used, kPeriod, kRatio);
   const std::vector<double> e = whitened(filter, series);
@@ -135,15 +135,15 @@ TEST_CASE("determinant and squares are those of the dense covariance", "[gap][lo
   CHECK(squares == Approx(r.dot(c.ldlt().solve(r))).epsilon(1e-9));
 }
 
-TEST_CASE("what a valve leaves for seconds does not cost the level", "[gap][load]") {
-  // A constant beside what forgets itself in 2 s: a load alone, as large as it must be to whiten that,
-  // hardly knows the constant from a load.
+TEST_CASE("the error that a valve leaves for seconds does not cost the level", "[gap][load]") {
+  // A constant plus a part that forgets itself in 2 s. A load that is large enough to whiten that
+  // part hardly distinguishes the constant from a load.
   constexpr std::size_t kSamples = 1000;
   const std::vector<bool> used(kSamples, true);
   const std::vector<double> level(kSamples, 1.0);
   const auto known = [&](const LoadFilter& filter) {
     const std::vector<double> e = whitened(filter, level);
-    return std::sqrt(mean_square(e) * kSamples);  // standard deviations by which a level of 1 shows
+    return std::sqrt(mean_square(e) * kSamples);  // a level of 1 in standard deviations
   };
   const double with_load = known(LoadFilter(used, kPeriod, 1.5));
   const double with_valve = known(LoadFilter(used, kPeriod, 0.0, {1.5, 2.0}));
@@ -151,7 +151,7 @@ TEST_CASE("what a valve leaves for seconds does not cost the level", "[gap][load
   CHECK(with_valve > 5.0);
 }
 
-TEST_CASE("without a load nothing changes", "[gap][load]") {
+TEST_CASE("without a load the series is unchanged", "[gap][load]") {
   const std::vector<double> series = wandering(50, 0.5, 1.0, 1);
   const LoadFilter filter(std::vector<bool>(50, true), kPeriod, 0.0);
   CHECK(whitened(filter, series) == series);

@@ -42,7 +42,7 @@ struct Case {
   }
 };
 
-// A case whose model misses PV by `residual` of the time in s.
+// A case whose model is wrong in PV by `residual`, a function of the time in s.
 Case missing(const std::function<double(double)>& residual,
              const std::vector<double>& co = exciting_output(kSamples)) {
   Case r;
@@ -103,7 +103,7 @@ TEST_CASE("a level from one moment on is named, with its moment", "[gap][locate]
   CHECK(first.share_of_gap > 0.95);
 }
 
-TEST_CASE("a constant, a drift and a sine have names of their own", "[gap][locate]") {
+TEST_CASE("a constant, a drift and a sine have separate names", "[gap][locate]") {
   Case r = missing([](double) { return -0.3; });
   std::vector<Located> all = r.located();
   check_shares(all);
@@ -124,7 +124,7 @@ TEST_CASE("without a pattern the conditions share the gap", "[gap][locate]") {
   const std::vector<double> co = exciting_output(kSamples);
   const auto [low, high] = std::minmax_element(co.begin(), co.end());
   const double upper = *low + 0.7 * (*high - *low);
-  // PV differs while CO was high a dead time before.
+  // PV differs if CO was high one dead time before.
   Case r = missing(
       [&](double t) {
         const auto k = static_cast<std::size_t>(std::lround(t / 0.1));
@@ -147,8 +147,8 @@ TEST_CASE("without a pattern the conditions share the gap", "[gap][locate]") {
   CHECK(share(all, "while the valve should rest") == Approx(1.0));
 }
 
-TEST_CASE("a reversal is blamed for what follows it", "[gap][locate]") {
-  // A triangle of 40 s; PV differs for 3 s after each turn and the dead time.
+TEST_CASE("an error after a reversal is attributed to the reversal", "[gap][locate]") {
+  // A triangle of 40 s. PV differs for 3 s after each reversal and the dead time.
   std::vector<double> co;
   for (std::size_t k = 0; k < kSamples; ++k) {
     const double phase = std::fmod(0.1 * static_cast<double>(k), 40.0) / 20.0;
@@ -165,7 +165,7 @@ TEST_CASE("a reversal is blamed for what follows it", "[gap][locate]") {
   CHECK(share(all, "after the controller output reverses") > 0.95);
 }
 
-TEST_CASE("a stretch that stands out is found in time", "[gap][locate]") {
+TEST_CASE("a conspicuous stretch is found in time", "[gap][locate]") {
   Case r = missing([](double t) { return wobble(t) * (t >= 25.0 && t < 37.5 ? 5.0 : 0.2); });
   std::vector<Located> all = r.located();
   check_shares(all);
@@ -176,7 +176,7 @@ TEST_CASE("a stretch that stands out is found in time", "[gap][locate]") {
   CHECK(first.share_of_gap > 0.9);
 }
 
-TEST_CASE("the blocks share the gap by what each effect brings", "[gap][locate]") {
+TEST_CASE("the blocks share the gap by the gain of each effect", "[gap][locate]") {
   Case r = missing(wobble);
   r.effects = {{effects::Block::valve, 3.0}, {effects::Block::transmitter, 1.0}};
   const std::vector<Located> all = r.located();
@@ -190,7 +190,7 @@ TEST_CASE("the blocks share the gap by what each effect brings", "[gap][locate]"
 
 TEST_CASE("a controller that differs takes its part of the gap", "[gap][locate]") {
   Case r = missing(wobble);
-  r.noise_floor_rmse = r.rmse;  // nothing is left for the plant
+  r.noise_floor_rmse = r.rmse;  // no error is left for the plant
   r.controller_rmse = 0.5;
   const std::vector<Located> all = r.located();
   check_shares(all);
@@ -212,7 +212,7 @@ TEST_CASE("missing samples and an exact model do no harm", "[gap][locate]") {
   check_shares(all);
 }
 
-TEST_CASE("what is left looks like what would leave it", "[gap][locate]") {
+TEST_CASE("the remaining error is named after its likely source", "[gap][locate]") {
   const auto left = [](const Case& c, bool is_noise = false) {
     return looks_like(
         {.model = c.model, .pv = c.pv, .pv_after = c.pv_before, .co = c.co, .is_noise = is_noise});
@@ -222,7 +222,8 @@ TEST_CASE("what is left looks like what would leave it", "[gap][locate]") {
   CHECK(left(missing([](double) { return 0.0; })) == LooksLike::nothing_known);
   CHECK(left(missing(wobble), true) == LooksLike::disturbance);
 
-  // A triangle of 40 s: what comes after each reversal is the valve's, a sine through it all is not.
+  // A triangle of 40 s: an error after each reversal belongs to the valve, a sine all the time
+  // doesn't.
   std::vector<double> co;
   for (std::size_t k = 0; k < kSamples; ++k) {
     const double phase = std::fmod(0.1 * static_cast<double>(k), 40.0) / 20.0;

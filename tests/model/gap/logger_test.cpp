@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A CO that the logger wrote late is told from dead time and from a controller that computes for a sample.
+// A CO that the logger wrote late is distinguished from dead time and from a controller that
+// computes for a sample.
 #include "model/gap/logger.hpp"
 
 #include <catch2/catch.hpp>
@@ -27,18 +28,18 @@ TEST_CASE("more dead time, and a controller that computes for a sample, are no l
   later.process.dead_time_s += 2.0 * model.sample_time_s;
   const gap::Record dead = test::record_of(later, 130.0);
   CHECK(gap::logger_shift(dead, model) == 0);
-  // To what went out two samples behind its cause the plant answers as the model does.
+  // The plant answers as the model does to a CO that is logged two samples after its cause.
   CHECK(gap::logger_shift(gap::with_co_moved_back(dead, -2), model) == 0);
 }
 
-TEST_CASE("what is moved back comes from the record", "[gap]") {
+TEST_CASE("CO that is moved back is taken from the record", "[gap]") {
   gap::Record record{.period_s = 1.0, .pv = {}, .sp = {}, .co = {1.0, 2.0, 3.0, 4.0}};
   CHECK(gap::with_co_moved_back(record, 1).co == std::vector<double>{2.0, 3.0, 4.0, 4.0});
   CHECK(gap::with_co_moved_back(record, -2).co == std::vector<double>{1.0, 1.0, 1.0, 2.0});
   CHECK(gap::with_co_moved_back(record, 9).co == std::vector<double>{4.0, 4.0, 4.0, 4.0});
 }
 
-TEST_CASE("a late CO is said and taken back, and no effect is named for it", "[gap][long]") {
+TEST_CASE("a late CO is reported and corrected, and no effect is named for it", "[gap][long]") {
   const plant::LoopModel model = test::believed_model();
   const gap::Record record = gap::with_co_moved_back(test::record_of(model, 130.0), -3);
   const gap::Result result = gap::find_gap(record, model, {}, test::serial, [](double) {});

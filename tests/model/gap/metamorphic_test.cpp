@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What changes neither loop nor record but in how they are written must not change the answer; workflow_test.cpp has other
-// units.
+// Changes of notation, which change neither loop nor record, must not change the answer.
+// workflow_test.cpp has other units.
 #include <catch2/catch.hpp>
 #include <string>
 #include <vector>
@@ -52,7 +52,7 @@ gap::Record part(const gap::Record& whole, std::size_t from, std::size_t to) {
 
 }  // namespace
 
-TEST_CASE("time stretched with the model's times gives the same name, its times stretched",
+TEST_CASE("a stretch of time and of the model's times gives the same name with stretched times",
           "[gap][metamorphic]") {
   const plant::LoopModel model = test::believed_model();
   plant::LoopModel slow = model;
@@ -88,8 +88,7 @@ TEST_CASE("a record that begins later gives the same name, its moments shifted",
   CHECK(parameter(later, "size") == Approx(parameter(whole, "size")).epsilon(0.05));
 }
 
-TEST_CASE("half of a record never gives another name to what acts all the time",
-          "[gap][metamorphic]") {
+TEST_CASE("half of a record never gives a permanent effect another name", "[gap][metamorphic]") {
   const plant::LoopModel model = test::believed_model();
   const effects::EffectSpec effect =
       GENERATE(effects::EffectSpec{"backlash", {{"deadband", 0.8}}},

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Units other than the model's are told from effects that scale something.
+// Units other than the model's are distinguished from effects that scale a signal.
 #include "model/gap/other_unit.hpp"
 
 #include <catch2/catch.hpp>
@@ -13,7 +13,7 @@ using gap::SignalUnit;
 
 const SignalUnit kSame{"", 0.0, 10.0};  // both ranges of the model
 
-// As a logger in these units would have written it.
+// Returns the record as a logger in these units would have written it.
 gap::Record written(gap::Record r, const SignalUnit& pv, const SignalUnit& co) {
   const auto convert = [](std::vector<double>& column, const SignalUnit& to) {
     for (double& v : column) v = to.low + v * (to.high - to.low) / 10.0;
@@ -32,7 +32,7 @@ plant::LoopModel sticky_model() {
 
 }  // namespace
 
-TEST_CASE("a record in another unit is told, also where the valve sticks", "[gap]") {
+TEST_CASE("a record in another unit is reported, also if the valve sticks", "[gap]") {
   const plant::LoopModel model = test::believed_model();
   for (const plant::LoopModel& truth : {model, sticky_model()}) {
     const gap::Record record = test::record_of(truth, 130.0);
@@ -75,7 +75,7 @@ TEST_CASE("a gain or settings that changed by a round factor are no unit", "[gap
   CHECK_FALSE(gap::other_unit(test::record_of(slower, 130.0), model));
 }
 
-TEST_CASE("without a set point a value out of the range must speak for it", "[gap]") {
+TEST_CASE("without a set point, a unit needs a value out of the range as evidence", "[gap]") {
   const plant::LoopModel model = test::believed_model();
   gap::Record record = test::record_of(model, 130.0);
   record.sp.clear();
@@ -92,7 +92,7 @@ TEST_CASE("without a set point a value out of the range must speak for it", "[ga
   CHECK_FALSE(gap::other_unit(record, model));
 }
 
-TEST_CASE("what was converted comes back", "[gap]") {
+TEST_CASE("a conversion is reversible", "[gap]") {
   const plant::LoopModel model = test::believed_model();
   const gap::Record record = test::record_of(model, 20.0);
   const SignalUnit kelvin{"", 273.15, 283.15};

@@ -17,7 +17,7 @@ using gap::ReadingFinding;
 
 constexpr double kStep = 0.0025;  // PV units, of a 12-bit converter
 
-// Slow moves with noise, rounded as a converter does.
+// Slow moves with noise, rounded as by a converter.
 std::vector<double> noisy(std::size_t samples, double noise = 0.02) {
   numeric::Random random(5);
   std::vector<double> pv;
@@ -40,7 +40,7 @@ std::vector<double> held(std::vector<double> pv, double interval, double first) 
   return pv;
 }
 
-TEST_CASE("a held reading is told by its beat, and counts once for each renewal",
+TEST_CASE("a held reading is recognised by its beat, and counts once for each renewal",
           "[gap][reading]") {
   const std::vector<double> pv = held(noisy(2000), 14.0, 5.0);
   const ReadingFinding found = examine_reading(pv);
@@ -59,7 +59,7 @@ TEST_CASE("a beat that is no whole number of samples is found", "[gap][reading]"
   CHECK(found.held->interval_samples == Approx(7.3).epsilon(0.001));
   for (std::size_t k = 1; k < pv.size(); ++k) {
     if (pv[k] != pv[k - 1]) {
-      // Within a sample of where it changed.
+      // Within a sample of the change.
       REQUIRE((found.measured[k] || found.measured[k - 1] ||
                (k + 1 < pv.size() && found.measured[k + 1])));
     }
@@ -68,13 +68,13 @@ TEST_CASE("a beat that is no whole number of samples is found", "[gap][reading]"
 
 TEST_CASE("noise, rounding and a historian's compression are no beat", "[gap][reading]") {
   CHECK_FALSE(examine_reading(noisy(2000)).held);
-  // A ramp without noise takes one step after another, as long as it takes from one to the next.
+  // A ramp without noise changes by one step at a time, with equal pauses.
   std::vector<double> ramp(2000);
   for (std::size_t k = 0; k < ramp.size(); ++k) {
     ramp[k] = kStep * std::floor(static_cast<double>(k) / 10.0);
   }
   CHECK_FALSE(examine_reading(ramp).held);
-  // Reported by exception: flat for as long as PV stays within a band.
+  // Reporting by exception: flat as long as PV stays within a band.
   std::vector<double> compressed = noisy(4000, 0.005);
   for (std::size_t k = 1; k < compressed.size(); ++k) {
     if (std::abs(compressed[k] - compressed[k - 1]) < 0.05) compressed[k] = compressed[k - 1];
@@ -82,7 +82,7 @@ TEST_CASE("noise, rounding and a historian's compression are no beat", "[gap][re
   CHECK_FALSE(examine_reading(compressed).held);
 }
 
-TEST_CASE("an end of the reading is told where PV comes back to it and stays", "[gap][reading]") {
+TEST_CASE("a limit of the reading is recognised if PV returns to it and stays", "[gap][reading]") {
   std::vector<double> pv = noisy(2000);
   for (double& v : pv) v = std::clamp(v, 3.5, 6.5);
   const ReadingFinding found = examine_reading(pv);
@@ -102,7 +102,7 @@ TEST_CASE("one frozen stretch and a quiet record have no end", "[gap][reading]")
   const auto top = std::max_element(frozen.begin(), frozen.end());
   for (auto it = top; it < top + 60; ++it) *it = *top;
   CHECK_FALSE(examine_reading(frozen).high);
-  // Rest at one value of a coarse converter is no end.
+  // A pause at one value of a coarse converter is no limit.
   std::vector<double> quiet(2000);
   for (std::size_t k = 0; k < quiet.size(); ++k) quiet[k] = k / 100 % 2 == 0 ? 5.0 : 6.0;
   CHECK_FALSE(examine_reading(quiet).high);
@@ -122,7 +122,7 @@ TEST_CASE("a spike jumps away and back, within the time it is given", "[gap][rea
   CHECK(gap::find_spikes(pv, 0.1, 5).count == 0);
   pv[20] += 1.0;
   for (std::size_t k = 50; k < 55; ++k) pv[k] -= 2.0;
-  pv[80] = std::numeric_limits<double>::quiet_NaN();  // missing is no spike
+  pv[80] = std::numeric_limits<double>::quiet_NaN();  // a missing sample is no spike
   const gap::Spikes found = gap::find_spikes(pv, 0.1, 5);
   CHECK(found.count == 2);
   CHECK(found.samples == 6);

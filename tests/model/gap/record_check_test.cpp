@@ -23,7 +23,7 @@ bool noted(const gap::RecordCheck& check, const std::string& what) {
 
 }  // namespace
 
-TEST_CASE("a sound record is taken without remarks", "[gap][record]") {
+TEST_CASE("a sound record is accepted without remarks", "[gap][record]") {
   const plant::LoopModel model = test::believed_model();
   const gap::RecordCheck check = gap::check_record(test::record_of(model, 120.0), model);
   CHECK(check.usable);
@@ -33,7 +33,7 @@ TEST_CASE("a sound record is taken without remarks", "[gap][record]") {
   CHECK(check.output_reversals >= 3);
 }
 
-TEST_CASE("records that can't be believed are refused, with the reason", "[gap][record]") {
+TEST_CASE("implausible records are refused, with the reason", "[gap][record]") {
   const plant::LoopModel model = test::believed_model();
   gap::Record record = test::record_of(model, 60.0);
   std::string reason;
@@ -82,12 +82,12 @@ TEST_CASE("records that can't be believed are refused, with the reason", "[gap][
   CHECK(check.refusal.find(reason) != std::string::npos);
 }
 
-TEST_CASE("what no transmitter can have sent counts as missing", "[gap][record]") {
+TEST_CASE("values that no transmitter can have sent count as missing", "[gap][record]") {
   const plant::LoopModel model = test::believed_model();
   gap::Record record = test::record_of(model, 60.0);
   record.pv[10] = 1e300;
   record.pv[20] = -11.0;
-  record.pv[30] = 19.0;  // a span above the range is still taken
+  record.pv[30] = 19.0;  // a span above the range is still accepted
   const gap::Record taken = gap::believed(record, model);
   CHECK(std::isnan(taken.pv[10]));
   CHECK(std::isnan(taken.pv[20]));
@@ -119,7 +119,7 @@ TEST_CASE("CO that moves by less than a percent of its span is remarked on", "[g
   CHECK_FALSE(remarked(0.14));
 }
 
-TEST_CASE("what does not forbid the work is stated", "[gap][record]") {
+TEST_CASE("faults that don't prevent the work are stated", "[gap][record]") {
   const plant::LoopModel model = test::believed_model();
   gap::Record record = test::record_of(model, 60.0);
   SECTION("some PV missing") {
@@ -146,7 +146,7 @@ TEST_CASE("what does not forbid the work is stated", "[gap][record]") {
     const gap::RecordCheck check = gap::check_record(record, model);
     CHECK(check.usable);
     CHECK(noted(check, "missing"));
-    // One sample is bridged by the value before.
+    // One sample is bridged by the previous value.
     CHECK(gap::usable_samples(record, model) == std::vector<bool>(record.size(), true));
   }
   SECTION("CO was not measured at all") {
@@ -159,7 +159,7 @@ TEST_CASE("what does not forbid the work is stated", "[gap][record]") {
     for (double& u : record.co) u = 5.0 + 0.001 * u;
     CHECK(noted(gap::check_record(record, model), "little movement"));
   }
-  SECTION("a gap in CO blinds PV in its wake") {
+  SECTION("a gap in CO makes the following PV unusable") {
     for (std::size_t k = 200; k < 205; ++k) record.co[k] = kMissing;
     const std::vector<bool> used = gap::usable_samples(record, model);
     CHECK(used[199]);
@@ -169,25 +169,25 @@ TEST_CASE("what does not forbid the work is stated", "[gap][record]") {
   }
 }
 
-TEST_CASE("gaps are closed by the value before, at the start by the first there is",
+TEST_CASE("a gap is closed by the value before it, at the start by the first value",
           "[gap][record]") {
   CHECK(gap::held({kMissing, kMissing, 2.0, kMissing, 3.0, kMissing}) ==
         std::vector<double>{2.0, 2.0, 2.0, 2.0, 3.0, 3.0});
   CHECK(std::isnan(gap::held({kMissing, kMissing})[0]));
 }
 
-TEST_CASE("turns count beyond the band, at the sample that shows them", "[gap][record]") {
+TEST_CASE("reversals count beyond the band, at the sample that shows them", "[gap][record]") {
   const std::vector<double> column{0, 1, 2, 3, 2.9, 3.1, 2, 1, 1.1, 3, 3, 1};
   CHECK(gap::reversals(column, 0.5) == std::vector<std::size_t>{6, 9, 11});
   CHECK(gap::reversals(column, 5.0).empty());
   CHECK(gap::reversals({}, 1.0).empty());
-  // Neither does a slow turn get lost nor the first move count.
+  // A slow reversal is not missed, and the first move does not count.
   std::vector<double> slow;
   for (int k = 0; k < 200; ++k) slow.push_back(k < 100 ? 0.01 * k : 2.0 - 0.01 * k);
   CHECK(gap::reversals(slow, 0.5).size() == 1);
 }
 
-TEST_CASE("noise is seen between values that stand here and there", "[gap][record]") {
+TEST_CASE("noise is seen between values that are constant here and there", "[gap][record]") {
   numeric::Random random(4);
   std::vector<double> column;
   for (std::size_t k = 0; k < 8000; ++k) {
@@ -198,7 +198,8 @@ TEST_CASE("noise is seen between values that stand here and there", "[gap][recor
   CHECK(gap::noise_of_stored({1.0, gap::kNone, 2.0}) == 0.0);
 }
 
-TEST_CASE("a PV that stands only as it was stored is no fault of the record", "[gap][record]") {
+TEST_CASE("a PV that is constant only because of its storage is no fault of the record",
+          "[gap][record]") {
   const plant::LoopModel model = test::believed_model();
   gap::Record record = test::record_of(model, 130.0);
   for (std::size_t k = 0; k < record.size(); ++k) {
@@ -211,7 +212,7 @@ TEST_CASE("a PV that stands only as it was stored is no fault of the record", "[
   CHECK(check.noise_rms == Approx(0.015).epsilon(0.25));
 }
 
-TEST_CASE("noise is seen beside slow movement, outliers and rounding", "[gap][record]") {
+TEST_CASE("noise is seen in spite of slow movement, outliers and rounding", "[gap][record]") {
   numeric::Random random(4);
   std::vector<double> column;
   for (int k = 0; k < 3000; ++k) {

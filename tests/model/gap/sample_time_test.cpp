@@ -61,7 +61,7 @@ TEST_CASE("a slower record keeps its samples, a faster one gives every n-th", "[
   CHECK(every->record.co == stored.co);
 }
 
-TEST_CASE("every other sample of a loop that is as its model says has no gap", "[gap][long]") {
+TEST_CASE("every other sample of a loop that matches its model has no gap", "[gap][long]") {
   const plant::LoopModel model = test::believed_model();
   const auto one = gap::on_one_period(every_other(test::record_of(model, 130.0)), model, true);
   REQUIRE(one);
@@ -70,7 +70,8 @@ TEST_CASE("every other sample of a loop that is as its model says has no gap", "
   CHECK(result.corrected == model);
 }
 
-TEST_CASE("every other sample of a sticking valve still shows it, less surely", "[gap][long]") {
+TEST_CASE("every other sample of a sticking valve still shows it, with less confidence",
+          "[gap][long]") {
   const plant::LoopModel model = test::believed_model();
   plant::LoopModel truth = model;
   truth.valve_effects = {{"stiction", {{"s", 1.0}, {"j", 0.5}}}};

@@ -36,8 +36,7 @@ std::string said(Outcome outcome, const std::optional<Remainder>& remainder,
 
 }  // namespace
 
-TEST_CASE("a controller that is named beside a plant that stays unexplained says both",
-          "[gap][say]") {
+TEST_CASE("a named controller with an unexplained plant reports both", "[gap][say]") {
   FoundEffect controller;
   controller.spec = {"controller_mismatch", {{"kp", 1.9}, {"ki", 0.18}}};
   const std::vector<FoundEffect> effects{controller};
@@ -53,7 +52,7 @@ TEST_CASE("a controller that is named beside a plant that stays unexplained says
         "they disagree by 1.33 rms, and no effect that is known here explains that.");
 }
 
-TEST_CASE("a partial answer says how much it explains, and what the rest looks like",
+TEST_CASE("a partial answer reports how much it explains, and what the remaining error looks like",
           "[gap][say]") {
   const std::string sentence =
       said(Outcome::missing_effect, Remainder{0.28, 0.04, LooksLike::disturbance});
@@ -61,14 +60,15 @@ TEST_CASE("a partial answer says how much it explains, and what the rest looks l
   CHECK_THAT(sentence, Contains("It explains 96 % of the gap; the rest looks like a disturbance."));
   CHECK_THAT(said(Outcome::missing_effect, Remainder{0.28, 0.03, LooksLike::disturbance}),
              Contains("It explains 97 % of the gap"));
-  // A rest of a percent is not worth a sentence, one that can't be measured has none.
+  // An error of a percent is not worth a sentence, and an error that can't be measured has no
+  // sentence.
   CHECK_THAT(said(Outcome::missing_effect, Remainder{0.28, 0.019, LooksLike::valve}),
              !Contains("explains"));
   CHECK_THAT(said(Outcome::missing_effect, Remainder{0.28, kNone, LooksLike::valve}),
              !Contains("explains"));
 }
 
-TEST_CASE("what is unexplained names the best that was tried, and what it looks like",
+TEST_CASE("an unexplained gap names the best attempt, and what the error looks like",
           "[gap][say]") {
   const std::string sentence = said(Outcome::unexplained, Remainder{1.4, 1.0, LooksLike::valve},
                                     {"stiction", "drift"}, 0.42);

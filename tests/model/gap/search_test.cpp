@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The search itself, among few candidates that are quick to fit.
+// Tests only the search, with few candidates that are quick to fit.
 #include "model/gap/search.hpp"
 
 #include <algorithm>
@@ -24,7 +24,7 @@ struct Found {
   SearchResult search;
 };
 
-// What is found among the candidates named, where PV is that of `truth` with noise.
+// Searches among the named candidates, with the PV of `truth` plus noise.
 Found search_for(const plant::LoopModel& truth, const std::set<std::string>& among,
                  const SearchOptions& options = {}, double least_rms = 0.015,
                  double noise_rms = 0.015) {
@@ -33,7 +33,7 @@ Found search_for(const plant::LoopModel& truth, const std::set<std::string>& amo
   std::vector<double> pv = test::driven(truth, co);
   numeric::Random random(5);
   for (double& v : pv) v += 0.015 * random.normal();
-  static std::vector<Candidate> searched;  // the result points into it
+  static std::vector<Candidate> searched;  // the result has pointers into it
   searched = test::candidates_for(believed, co);
   std::erase_if(searched, [&](const Candidate& c) { return among.count(c.name) == 0; });
   const FreeRun run(believed, co);
@@ -50,14 +50,14 @@ const std::set<std::string> kQuick{"gain_change", "output_bias", "drift", "step_
 
 }  // namespace
 
-TEST_CASE("nothing is chosen where the model is right", "[gap][search]") {
+TEST_CASE("no effect is chosen if the model is right", "[gap][search]") {
   const Found found = search_for(test::believed_model(), kQuick);
   CHECK(found.names.empty());
   CHECK(found.search.path.empty());
   CHECK(found.search.singles.size() == kQuick.size());
 }
 
-TEST_CASE("one effect is chosen alone", "[gap][search]") {
+TEST_CASE("one effect is chosen as the only one", "[gap][search]") {
   plant::LoopModel truth = test::believed_model();
   truth.process.gain *= 0.75;
   const Found found = search_for(truth, kQuick);
@@ -66,7 +66,7 @@ TEST_CASE("one effect is chosen alone", "[gap][search]") {
   CHECK(found.search.singles.front().fit.terms[0]->name == std::string("gain_change"));
 }
 
-TEST_CASE("two effects are both chosen, and only where several are asked for", "[gap][search]") {
+TEST_CASE("two effects are both chosen, but only if several are allowed", "[gap][search]") {
   plant::LoopModel truth = test::believed_model();
   truth.process.gain *= 0.75;
   truth.transmitter_effects = {{"drift", {{"rate", 0.02}}}};
@@ -75,8 +75,8 @@ TEST_CASE("two effects are both chosen, and only where several are asked for", "
   CHECK(search_for(truth, kQuick, {.several = false, .load = false}).names.size() == 1);
 }
 
-TEST_CASE("a first name that was wrong is stepped back from", "[gap][search]") {
-  // A step early and one late in the record look most like a drift, until both are there.
+TEST_CASE("a wrong first name is withdrawn", "[gap][search]") {
+  // One early and one late step look most like a drift, until both are found.
   plant::LoopModel truth = test::believed_model();
   truth.process.gain *= 1.12;
   truth.disturbances = {{"step_disturbance", {{"size", 0.9}, {"time", 45.0}}}};
@@ -94,7 +94,7 @@ TEST_CASE("an effect too small to matter is not chosen, however clear", "[gap][s
   CHECK(chosen(0.5).empty());
 }
 
-TEST_CASE("no second effect is looked for where too little is left to matter", "[gap][search]") {
+TEST_CASE("no second effect is searched if the remaining error is too small", "[gap][search]") {
   plant::LoopModel truth = test::believed_model();
   truth.process.gain *= 0.75;
   const auto tried = [&](double noise_rms) {
@@ -104,7 +104,7 @@ TEST_CASE("no second effect is looked for where too little is left to matter", "
   CHECK(tried(0.005) > kQuick.size());
 }
 
-TEST_CASE("a starved actuator that is never held back is a lag", "[gap][search]") {
+TEST_CASE("a starved actuator that never reaches its rate limit is a lag", "[gap][search]") {
   plant::LoopModel truth = test::believed_model();
   truth.process_effects = {{"extra_lag", {{"time_constant", 1.5}}}};
   const Found found = search_for(truth, {"low_air_supply"});

@@ -27,7 +27,7 @@ gap::Result find(const gap::Record& record, const plant::LoopModel& model,
 
 }  // namespace
 
-TEST_CASE("where nothing is missing, nothing is named and the model stays", "[gap][long]") {
+TEST_CASE("a right model is kept and no effect is named", "[gap][long]") {
   const plant::LoopModel model = test::believed_model();
   const gap::Result result = find(test::record_of(model, 130.0), model);
   CHECK(result.outcome == gap::Outcome::no_gap);
@@ -60,7 +60,7 @@ TEST_CASE("a changed gain is named, located and added", "[gap][long]") {
   for (const auto& [by, share] : shares) CHECK(share == Approx(1.0));
 }
 
-TEST_CASE("a held reading is named by its beat, and nothing else for it", "[gap][long]") {
+TEST_CASE("a held reading is named by its beat, and is the only name", "[gap][long]") {
   plant::LoopModel truth = test::believed_model();
   truth.transmitter_effects = {{"held_measurement", {{"interval", 1.3}}}};
   const plant::LoopModel model = test::believed_model();
@@ -71,18 +71,19 @@ TEST_CASE("a held reading is named by its beat, and nothing else for it", "[gap]
   CHECK(result.effects[0].block == effects::Block::transmitter);
   REQUIRE(result.corrected.transmitter_effects.size() == 1);
   CHECK(result.after.rmse < 0.5 * result.before.rmse);
-  CHECK(result.check.noise_rms == Approx(0.02).epsilon(0.3));  // 0.015 and what PV moves in 1.3 s
+  // 0.015 and the movement of PV in 1.3 s
+  CHECK(result.check.noise_rms == Approx(0.02).epsilon(0.3));
   gap::Options without;
   without.search.without = {"held_measurement"};
   const gap::Result unnamed =
       gap::find_gap(test::record_of(truth, 130.0), model, without, test::serial, [](double) {});
   CHECK(unnamed.effects.empty());
-  // A model that has it lacks nothing.
+  // A model with this effect has no gap.
   const gap::Result known = find(test::record_of(truth, 130.0), truth);
   CHECK(known.outcome == gap::Outcome::no_gap);
 }
 
-TEST_CASE("a clipped reading is named, flat or with noise behind the limit", "[gap][long]") {
+TEST_CASE("a clipped reading is named, flat or with noise beyond the limit", "[gap][long]") {
   const plant::LoopModel model = test::believed_model();
   plant::LoopModel truth = model;
   truth.transmitter_effects = {{"clipped_measurement", {{"high", 5.8}}}};
@@ -110,7 +111,7 @@ TEST_CASE("the end of the transmitter's own range is no fault", "[gap][long]") {
   INFO(result.sentence);
   CHECK(result.outcome == gap::Outcome::no_gap);
   CHECK(result.effects.empty());
-  // Samples at the end show no noise, and don't count for it.
+  // Samples at the limit show no noise, and don't count for it.
   CHECK(result.check.noise_rms == Approx(0.015).epsilon(0.2));
 }
 
@@ -199,7 +200,7 @@ TEST_CASE("without CO the closed loop is compared", "[gap][long]") {
   CHECK(std::isnan(result.controller_before_rmse));
 }
 
-TEST_CASE("without CO a changed gain is found from how PV moves", "[gap][long]") {
+TEST_CASE("without CO a changed gain is found from the movement of PV", "[gap][long]") {
   const plant::LoopModel model = test::believed_model();
   plant::LoopModel truth = model;
   truth.process.gain *= 0.75;
@@ -212,7 +213,7 @@ TEST_CASE("without CO a changed gain is found from how PV moves", "[gap][long]")
   CHECK(result.after.holdout_rmse < 0.5 * result.before.holdout_rmse);
 }
 
-TEST_CASE("a record that is refused gives a reason and no verdict", "[gap][long]") {
+TEST_CASE("a refused record has a reason and no verdict", "[gap][long]") {
   const plant::LoopModel model = test::believed_model();
   gap::Record record = test::record_of(model, 10.0);
   const gap::Result result = find(record, model);
@@ -220,11 +221,12 @@ TEST_CASE("a record that is refused gives a reason and no verdict", "[gap][long]
   CHECK(result.effects.empty());
 }
 
-TEST_CASE("a model whose valve sticks starts from where the record's valve stood", "[gap][long]") {
+TEST_CASE("a model whose valve sticks starts from the position of the record's valve",
+          "[gap][long]") {
   plant::LoopModel model = test::believed_model();
   model.valve_effects = {{"stiction", {{"s", 1.5}, {"j", 0.5}}}};
   gap::Record record = test::record_of(model, 120.0);
-  // Cut where the stem rests beside CO.
+  // Cut at a moment when the stem rests apart from CO.
   const auto cut = [&](std::vector<double>& column) {
     column.erase(column.begin(), column.begin() + 300);
   };
@@ -239,7 +241,7 @@ TEST_CASE("a model whose valve sticks starts from where the record's valve stood
   CHECK(std::sqrt(sum / static_cast<double>(pv.size())) < 0.03);
 }
 
-TEST_CASE("a CO that stands still accuses neither valve nor process", "[gap][long]") {
+TEST_CASE("a constant CO accuses neither valve nor process", "[gap][long]") {
   const plant::LoopModel model = test::believed_model();
   plant::LoopModel truth = model;
   truth.transmitter_effects = {{"output_bias", {{"bias", 0.8}}}};
@@ -285,7 +287,7 @@ TEST_CASE("each step of the workflow can be left out", "[gap][long]") {
 
 namespace {
 
-// A loop under a load of 0.1 % of span per root second, its SP moved every 20 s for `moved_s`.
+// A loop under a load of 0.1 % of span per root second. Its SP moves every 20 s for `moved_s`.
 gap::Record under_load(plant::LoopModel truth, double seconds, double moved_s) {
   truth.transmitter.noise = 0.015;
   truth.disturbances.push_back({"random_load", {{"intensity", 0.01}, {"time_constant", 300.0}}});
@@ -299,7 +301,7 @@ gap::Record under_load(plant::LoopModel truth, double seconds, double moved_s) {
 
 }  // namespace
 
-TEST_CASE("the truth given as the model under a load leaves nothing to close", "[gap][long]") {
+TEST_CASE("the truth given as the model under a load leaves no gap to close", "[gap][long]") {
   plant::LoopModel truth = test::believed_model();
   truth.valve_effects = {{"backlash", {{"deadband", 0.8}}}};
   const gap::Result result = find_one(under_load(truth, 200.0, 200.0), truth);
@@ -311,7 +313,7 @@ TEST_CASE("the truth given as the model under a load leaves nothing to close", "
   CHECK(result.floor.rmse() == Approx(result.before.holdout_rmse).epsilon(0.02));
 }
 
-TEST_CASE("where SP stands a load is not tested, and no name is sure", "[gap][long]") {
+TEST_CASE("if SP is constant a load is not tested, and no name is sure", "[gap][long]") {
   plant::LoopModel truth = test::believed_model();
   truth.process.gain *= 0.75;
   const gap::Result stood = find_one(under_load(truth, 150.0, 90.0), test::believed_model());
@@ -323,7 +325,7 @@ TEST_CASE("where SP stands a load is not tested, and no name is sure", "[gap][lo
     CHECK(effect.confidence <= 0.8);
     CHECK(effect.evidence.find("can't be tested: SP stands there") != std::string::npos);
   }
-  // The load of a model that states one is known.
+  // If the model states a load, the load is known.
   plant::LoopModel stated = test::believed_model();
   stated.disturbances.push_back({"random_load", {{"intensity", 0.01}, {"time_constant", 300.0}}});
   const gap::Result known = find_one(under_load(truth, 150.0, 90.0), stated);
@@ -331,7 +333,7 @@ TEST_CASE("where SP stands a load is not tested, and no name is sure", "[gap][lo
   CHECK(known.floor.load_rmse > 0.0);
 }
 
-TEST_CASE("a richer effect is not named for the simpler one that is not in the catalogue",
+TEST_CASE("a richer effect is not named in place of a simpler one outside the catalogue",
           "[gap][workflow]") {
   plant::LoopModel truth = test::believed_model();
   const plant::LoopModel model = truth;
@@ -343,12 +345,12 @@ TEST_CASE("a richer effect is not named for the simpler one that is not in the c
     REQUIRE(known.effects.size() == 1);
     CHECK(known.effects[0].spec.name == "backlash");
   }
-  SECTION("another gain does not vary") {
+  SECTION("a different gain does not vary") {
     truth.process.gain *= 0.8;
     CHECK(test::find_among({"varying_gain", "drift"}, test::record_of(truth, 130.0), model)
               .effects.empty());
   }
-  SECTION("one more lag does not turn the wrong way, and does not ring") {
+  SECTION("one more lag has no inverse response, and does not ring") {
     truth.process_effects = {{"extra_lag", {{"time_constant", 1.5}}}};
     for (const char* richer : {"inverse_response", "oscillatory_process", "positioner_overshoot"}) {
       INFO(richer);
@@ -362,7 +364,7 @@ TEST_CASE("a richer effect is not named for the simpler one that is not in the c
   }
 }
 
-TEST_CASE("a gain that wanders on is said until the last third, where that gets no worse",
+TEST_CASE("a gain that wanders on is reported until the last third if that gets no worse",
           "[gap][workflow]") {
   plant::LoopModel truth = test::believed_model();
   const plant::LoopModel model = truth;

@@ -22,7 +22,7 @@ TEST_CASE("log_uniform: every factor is equally likely, within its limits", "[nu
   CHECK(below_geometric_mean < 2100);
 }
 
-TEST_CASE("chance: comes true as often as asked", "[numeric]") {
+TEST_CASE("chance: is true as often as asked", "[numeric]") {
   Random random(8);
   int hits = 0;
   for (int i = 0; i < 4000; ++i) hits += chance(random, 0.25) ? 1 : 0;

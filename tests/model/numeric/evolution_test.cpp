@@ -21,7 +21,7 @@ using Place = std::array<double, 2>;
 
 constexpr std::size_t kMembers = 64;
 
-// Judges `batch` trials at a time; returns the best place and its cost.
+// Evaluates `batch` trials at a time; returns the best place and its cost.
 struct Run {
   Place best;
   double cost;
@@ -78,7 +78,7 @@ TEST_CASE("steps without slopes", "[numeric]") {
   CHECK(run(1, {.trials = 6400}, 5, stairs).cost == 0.0);
 }
 
-TEST_CASE("an answer on the bounds is reached, and nothing outside is judged", "[numeric]") {
+TEST_CASE("an answer on the bounds is reached, and no place outside is evaluated", "[numeric]") {
   bool outside = false;
   const auto slope = [&](const Place& p) {
     for (const double v : p) outside = outside || v < 0.0 || v > 1.0;
@@ -90,14 +90,14 @@ TEST_CASE("an answer on the bounds is reached, and nothing outside is judged", "
   CHECK_FALSE(outside);
 }
 
-TEST_CASE("the same seed finds the same place, another seed another way", "[numeric]") {
+TEST_CASE("the same seed finds the same place, another seed takes another path", "[numeric]") {
   const EvolutionSettings settings{.trials = 640};
   const Run one = run(8, settings, 3, rastrigin);
   CHECK(run(8, settings, 3, rastrigin).best == one.best);
   CHECK(run(8, settings, 4, rastrigin).best != one.best);
 }
 
-TEST_CASE("what can't be judged never takes a place", "[numeric]") {
+TEST_CASE("a place that can't be judged never replaces another", "[numeric]") {
   const auto half = [](const Place& p) { return p[0] < 0.5 ? std::nan("") : 1.0 + p[0] + p[1]; };
   Random random(1);
   std::array<Place, 8> members;

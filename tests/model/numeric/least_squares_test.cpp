@@ -33,7 +33,7 @@ TEST_CASE("Rosenbrock's valley to its end (Hock-Schittkowski 1)", "[numeric]") {
 }
 
 TEST_CASE("Rosenbrock's valley cut off by a bound (Hock-Schittkowski 2)", "[numeric]") {
-  // From the right-hand side; the other valley's answer is a worse one.
+  // Starts from the right-hand side. The other valley has a worse answer.
   const LeastSquares found =
       least_squares({{.value = 2.0}, {.value = 2.0, .low = 1.5}}, rosenbrock);
   CHECK(found.x[0] == Approx(1.224370749).epsilon(1e-6));
@@ -66,7 +66,7 @@ TEST_CASE("three exponents in bounds (Hock-Schittkowski 25)", "[numeric]") {
       r(i) = std::exp(-std::pow(u - x[1], x[2]) / x[0]) - at;
     }
   };
-  // From nearer than the book's start, where the slopes are nothing to a computer.
+  // From a start nearer than the textbook's, where the slopes underflow.
   const LeastSquares found = least_squares({{.value = 60.0, .low = 0.1, .high = 100.0},
                                             {.value = 20.0, .low = 0.0, .high = 25.6},
                                             {.value = 1.6, .low = 0.0, .high = 5.0}},
@@ -108,7 +108,7 @@ TEST_CASE("a measured curve (NIST Misra1a), to its certified digits", "[numeric]
   CHECK(found.sum_squares == Approx(1.2455138894e-1).epsilon(1e-9));
 }
 
-TEST_CASE("no residual is asked for outside the bounds", "[numeric]") {
+TEST_CASE("no residual is evaluated outside the bounds", "[numeric]") {
   bool outside = false;
   const auto watched = [&](const std::vector<double>& x, Eigen::VectorXd& r) {
     outside = outside || x[0] > 0.5 || x[1] < 1.5;
@@ -130,7 +130,7 @@ TEST_CASE("a place that can't be judged is not moved to", "[numeric]") {
   CHECK(stays.x[0] == 3.0);
 }
 
-TEST_CASE("what shows nothing stays where it is", "[numeric]") {
+TEST_CASE("a parameter without influence keeps its value", "[numeric]") {
   const auto blind = [](const std::vector<double>& x, Eigen::VectorXd& r) {
     r.resize(2);
     r << x[0] - 3.0, 0.5;

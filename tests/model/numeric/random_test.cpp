@@ -10,7 +10,7 @@ namespace random_test {
 using loopwarden::numeric::Random;
 
 TEST_CASE("the first numbers are those of xoshiro256++ after splitmix64", "[numeric][random]") {
-  // From an independent implementation.
+  // Values of an independent implementation.
   Random one(1);
   CHECK(one.bits() == 0xcfc5d07f6f03c29bULL);
   CHECK(one.bits() == 0xbf424132963fe08dULL);
@@ -82,7 +82,7 @@ TEST_CASE("normal numbers have the moments of the normal distribution", "[numeri
 
 TEST_CASE("the short generator's first numbers, and that they fill the interval",
           "[numeric][random]") {
-  // From an independent implementation.
+  // Values of an independent implementation.
   loopwarden::numeric::ShortRandom random;
   for (const double u : {5311558.0, 14691925.0, 8108431.0}) CHECK(random.uniform() * 0x1p24 == u);
   double sum = 0.0;

@@ -16,7 +16,7 @@ namespace statistics_test {
 using namespace loopwarden;
 using namespace loopwarden::numeric;
 
-TEST_CASE("moments by hand", "[numeric]") {
+TEST_CASE("moments, calculated on paper", "[numeric]") {
   const std::vector<double> x{2.0, 4.0, 4.0, 4.0, 5.0, 5.0, 7.0, 9.0};
   CHECK(mean(x) == 5.0);
   CHECK(variance(x) == 4.0);
@@ -68,7 +68,7 @@ TEST_CASE("a median doesn't follow a few wild values", "[numeric]") {
   CHECK(quantile(normal, 0.1) == Approx(3.0 - 0.5 * 1.2816).epsilon(0.01));
 }
 
-TEST_CASE("ranges and distances pass over what is missing", "[numeric]") {
+TEST_CASE("ranges and distances ignore missing values", "[numeric]") {
   const double nan = std::nan("");
   const Range range = range_of(std::vector<double>{nan, 3.0, -1.0, nan, 2.0});
   CHECK(range.low == -1.0);
@@ -86,7 +86,7 @@ TEST_CASE("correlation of lines and of unrelated values", "[numeric]") {
   CHECK(correlation(x, std::vector<double>{1.0, -1.0, -1.0, 1.0}) == Approx(0.0).margin(1e-15));
 }
 
-TEST_CASE("nothing, and values without spread", "[numeric]") {
+TEST_CASE("empty input, and values without spread", "[numeric]") {
   const std::vector<double> none;
   const std::vector<double> same(5, 2.5);
   for (const double value :

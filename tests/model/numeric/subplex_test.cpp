@@ -8,7 +8,7 @@ namespace subplex_test {
 
 using namespace loopwarden::numeric;
 
-TEST_CASE("the least of a function with a kink", "[numeric]") {
+TEST_CASE("the minimum of a function with a kink", "[numeric]") {
   std::vector<double> x{0.1, 0.9};
   const double least = subplex(x, {0.2, 0.2}, 0.0, 1.0,
                                [](const std::vector<double>& at) {
@@ -20,7 +20,8 @@ TEST_CASE("the least of a function with a kink", "[numeric]") {
   CHECK(least < 5e-3);
 }
 
-TEST_CASE("an answer on a bound, from beside it, and nothing judged outside", "[numeric]") {
+TEST_CASE("an answer on a bound, from a start next to it, without evaluations outside",
+          "[numeric]") {
   bool outside = false;
   std::vector<double> x{0.95};
   subplex(x, {0.3}, 0.0, 1.0,
@@ -33,7 +34,8 @@ TEST_CASE("an answer on a bound, from beside it, and nothing judged outside", "[
   CHECK_FALSE(outside);
 }
 
-TEST_CASE("what is not finite is avoided, and the number of evaluations kept", "[numeric]") {
+TEST_CASE("values that are not finite are avoided, and the limit of evaluations is kept",
+          "[numeric]") {
   int asked = 0;
   std::vector<double> x{0.5};
   subplex(x, {0.2}, 0.0, 1.0,

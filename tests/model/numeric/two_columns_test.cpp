@@ -7,7 +7,7 @@ namespace two_columns_test {
 
 using loopwarden::numeric::TwoColumns;
 
-TEST_CASE("least squares on two columns: exact, with a rest, and none where they are one",
+TEST_CASE("least squares on two columns: exact, with an error, and no answer for equal columns",
           "[numeric]") {
   TwoColumns exact;
   TwoColumns rest;

@@ -77,7 +77,7 @@ TEST_CASE("the composed loop is its parts in a row", "[plant][loop]") {
   for (int k = 0; k < 400; ++k) {
     const double co = 5.0 + 2.0 * std::sin(0.02 * k);
     const double stem = backlash.step(co);
-    // PV at sample k + 1 follows from CO held since sample k; disturbances go by PV's own time.
+    // PV at sample k + 1 follows from CO held since sample k. Disturbances use the time of PV.
     const double true_pv = sine.step(process.step(lag.step(0.8 * stem)), 0.1 * (k + 1));
     const double pv = 0.01 * std::round((true_pv + 0.25) / 0.01);
     REQUIRE(plant.step(co) == Approx(pv).margin(1e-9));
@@ -118,12 +118,12 @@ TEST_CASE("the output to start from gives the PV that is wanted", "[plant][loop]
   Plant plant(model, 1);
   plant.reset(plant.output_for(5.0));
   CHECK(plant.process_variable() == Approx(5.0));
-  // What can't be reached ends at the output's range.
+  // A PV that can't be reached gives the end of the output's range.
   CHECK(plant.output_for(99.0) == Approx(10.0));
   CHECK(plant.output_for(-99.0) == Approx(0.0).margin(1e-9));
 }
 
-TEST_CASE("looking for the output leaves the plant as it was", "[plant][loop]") {
+TEST_CASE("the calculation of the output leaves the plant unchanged", "[plant][loop]") {
   LoopModel model = plain();
   model.transmitter.noise = 0.1;
   Plant plant(model, 4);
@@ -138,14 +138,14 @@ TEST_CASE("an integrating plant starts at the set point and keeps it", "[plant][
   model.scenario.set_point = {{0.0, 7.0}};
   Plant plant(model, 1);
   const double co = plant.output_for(7.0);
-  CHECK(co == 5.0);  // rests at any: the middle of the range
+  CHECK(co == 5.0);  // rests at any output: the middle of the range
   plant.reset(co);
   for (int k = 0; k < 50; ++k) REQUIRE(plant.step(co) == Approx(7.0));
   for (int k = 0; k < 50; ++k) plant.step(co + 1.0);
   CHECK(plant.step(co + 1.0) == Approx(7.0 + 0.1 * (5.1 - 0.5)));
 }
 
-TEST_CASE("scheduled faults come and go", "[plant][loop]") {
+TEST_CASE("scheduled faults begin and end", "[plant][loop]") {
   LoopModel model = plain();
   model.scenario.faults = {{.effect = effect("output_bias", {{"bias", 2.0}}),
                             .block = effects::Block::transmitter,
@@ -165,7 +165,7 @@ TEST_CASE("scheduled faults come and go", "[plant][loop]") {
   }
 }
 
-TEST_CASE("a model that the catalogue refuses makes no plant", "[plant][loop]") {
+TEST_CASE("a model that the catalogue refuses gives no plant", "[plant][loop]") {
   LoopModel model = plain();
   model.valve_effects = {effect("stiction", {{"s", 1.0}, {"j", 2.0}})};
   CHECK_THROWS_AS(Plant(model, 1), loopwarden::effects::EffectError);

@@ -94,7 +94,7 @@ TEST_CASE("an integrating process rests at any input, and at any level", "[plant
   Process process({.gain = 0.2, .dead_time_s = 0.25, .kind = ProcessKind::integrating}, kPeriod);
   CHECK(process.reset(4.0, 55.0) == 55.0);
   for (int k = 0; k < 50; ++k) REQUIRE(process.step(4.0) == 55.0);
-  // From the dead time on, PV leaves at gain times what CO is off balance.
+  // From the dead time on, PV moves at gain times the imbalance of CO.
   for (int k = 0; k < 50; ++k) process.step(5.0);
   CHECK(process.step(5.0) == Approx(55.0 + 0.2 * (51 * kPeriod - 0.25)));
 }

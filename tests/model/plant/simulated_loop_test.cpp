@@ -73,7 +73,7 @@ TEST_CASE("CO is rounded as by a converter, and the controller knows", "[plant][
     REQUIRE(rounded.controller().output_applied() == sample.co);
     worst = std::max(worst, std::abs(sample.co - exact.step().co));
   }
-  // No kind of anti-windup takes the rounding for a limit.
+  // No kind of anti-windup mistakes the rounding for a limit.
   CHECK(worst < 3.0 * kCoarse);
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// From records to twins, and what is refused.
+// Tests twins that are made from records, and refused records.
 #include "model/twin/commission.hpp"
 
 #include <catch2/catch.hpp>
@@ -38,7 +38,7 @@ plant::LoopModel rough_model() {
   return rough;
 }
 
-TEST_CASE("a rough model becomes a twin that the record can't tell from the plant",
+TEST_CASE("a rough model becomes a twin that the record can't distinguish from the plant",
           "[commission][long]") {
   const plant::LoopModel truth = test::believed_model();
   twin::Request request = request_of(truth);
@@ -97,7 +97,8 @@ TEST_CASE("a valve fault is refused by name, and up to the limit it is the twin'
   CHECK(twin::size_percent(taken.twin.valve_effects[0], 10.0) == Approx(3.0).margin(0.6));
 }
 
-TEST_CASE("records that can't make a twin say why, and nothing is searched", "[commission]") {
+TEST_CASE("records that can't make a twin report why, and the search does not start",
+          "[commission]") {
   twin::Request request = request_of(test::believed_model());
   request.accept_short = false;
   CHECK(commissioned(request).outcome == Outcome::not_enough_movement);
@@ -110,7 +111,7 @@ TEST_CASE("records that can't make a twin say why, and nothing is searched", "[c
   request = request_of(test::believed_model());
   request.records[0].automatic.assign(samples, 0.0);
   CHECK(commissioned(request).outcome == Outcome::not_usable);
-  // What moves much of what was seen moves little of a range that is known.
+  // A movement that is large within the recorded values can be small within a given range.
   request = request_of(test::believed_model());
   request.ranges.pv = {0.0, 1000.0};
   CHECK(commissioned(request).outcome == Outcome::not_enough_movement);
@@ -118,7 +119,7 @@ TEST_CASE("records that can't make a twin say why, and nothing is searched", "[c
   CHECK(commissioned(request).outcome == Outcome::not_usable);
 }
 
-// ---- beside the loop ---------------------------------------------------------------------------
+// ---- watching the loop -------------------------------------------------------------------------
 
 plant::LoopModel twin_model() {
   plant::LoopModel twin = test::believed_model();
@@ -126,7 +127,7 @@ plant::LoopModel twin_model() {
   return twin;
 }
 
-// The healthy loop, and behind `fault` seconds the other one.
+// The healthy loop, and after `fault` seconds the other one.
 gap::Record changed_at(const plant::ScheduledFault& fault, double seconds,
                        double gain_factor = 1.0) {
   plant::LoopModel truth = test::believed_model();
@@ -148,7 +149,7 @@ gap::Record changed_at(const plant::ScheduledFault& fault, double seconds,
   return record;
 }
 
-// s, when the watch comes on; 0: never.
+// s, when the condition is raised; 0: never.
 double comes_on_s(const gap::Record& record) {
   watch::TwinWatch watch(twin_model());
   for (std::size_t k = 0; k < record.size(); ++k) {
@@ -165,8 +166,7 @@ plant::ScheduledFault gain_change(double factor) {
 }
 
 TEST_CASE(
-    "the twin's watch is silent while the plant stays within its uncertainty, and on when it "
-    "leaves",
+    "the twin's watch is silent while the plant stays within its uncertainty, and on after that",
     "[commission][twin]") {
   CHECK(comes_on_s(changed_at(gain_change(1.0), 1200.0)) == 0.0);
   CHECK(comes_on_s(changed_at(gain_change(1.0), 1200.0, 1.02)) == 0.0);
@@ -175,7 +175,7 @@ TEST_CASE(
   CHECK(at_s < 450.0);
 }
 
-TEST_CASE("an outlier is no gap, a missing PV is none, and a gap in CO starts anew",
+TEST_CASE("neither an outlier nor a missing PV is a gap, and a gap in CO restarts the watch",
           "[commission][twin]") {
   gap::Record record = changed_at(gain_change(1.0), 300.0);
   record.pv[1500] = 9.0;
@@ -185,14 +185,14 @@ TEST_CASE("an outlier is no gap, a missing PV is none, and a gap in CO starts an
   for (std::size_t k = 0; k < 1000; ++k) watch.add(record.pv[k], record.co[k]);
   watch.restart();
   bool on = false;
-  for (std::size_t k = 0; k < 1000; ++k) {  // another operating point at once
+  for (std::size_t k = 0; k < 1000; ++k) {  // at once another operating point
     watch.add(record.pv[k] + 1.0, record.co[k]);
     on = on || watch.on();
   }
   CHECK(!on);
 }
 
-TEST_CASE("what was raised before a restart goes when the loop is as commissioned",
+TEST_CASE("a condition raised before a restart clears if the loop is as commissioned",
           "[commission][twin]") {
   const gap::Record record = changed_at(gain_change(1.0), 1100.0);
   watch::TwinWatch watch(twin_model());
@@ -204,7 +204,7 @@ TEST_CASE("what was raised before a restart goes when the loop is as commissione
 }
 
 TEST_CASE(
-    "an explanation looks at what lies behind the change, names it, and gives the alarm its name",
+    "an explanation examines the data after the change, names it, and gives the alarm its name",
     "[commission][explain][long]") {
   const gap::Record record = changed_at(gain_change(1.4), 900.0);
   const auto alarm = static_cast<std::size_t>(450.0 / 0.1);
@@ -242,7 +242,7 @@ TEST_CASE(
   CHECK(twin::final_name(other, AlarmKind::stiction) == AlarmKind::unknown);
 }
 
-TEST_CASE("of a loop of our own no change of the controller is named",
+TEST_CASE("a change of the controller is not named in a loop that the daemon controls",
           "[commission][explain][long]") {
   plant::LoopModel other = test::believed_model();
   other.controller.pid.gains.kp *= 2.0;
@@ -276,8 +276,9 @@ TEST_CASE("windows of a twin have its noise and the set-point moves of its scena
   }
 }
 
-// The last of the fit, from a model that is nearly right.
-TEST_CASE("the friction of a healthy valve is found beside all other numbers", "[commission]") {
+// The last step of the fit, from a model that is nearly right.
+TEST_CASE("the friction of a healthy valve is found together with all other numbers",
+          "[commission]") {
   plant::LoopModel truth = test::believed_model();
   const auto polished = [&](const plant::LoopModel& start) {
     return twin::polish(start, test::record_of(truth, 400.0), 0.1);
@@ -286,7 +287,7 @@ TEST_CASE("the friction of a healthy valve is found beside all other numbers", "
   near.process.gain *= 1.04;
   near.process.dead_time_s *= 0.85;
   near.process.time_constant_s *= 1.1;
-  SECTION("none where there is none, and the numbers are the plant's") {
+  SECTION("no friction is found in a valve without friction, and the numbers are the plant's") {
     const twin::Polished made = polished(near);
     CHECK(made.changed);
     CHECK(made.friction_percent < 0.15);
@@ -295,7 +296,7 @@ TEST_CASE("the friction of a healthy valve is found beside all other numbers", "
     CHECK(made.rms_error == Approx(0.015).epsilon(0.1));
     CHECK(made.load_intensity < 0.002);
   }
-  SECTION("a play of 0.6 % of span, whatever a load does meanwhile") {
+  SECTION("a play of 0.6 % of span, whatever a load does in the record") {
     truth.valve_effects = {{"backlash", {{"deadband", 0.06}}}};
     truth.disturbances = {{"random_load", {{"intensity", 0.005}, {"time_constant", 300.0}}}};
     const twin::Polished made = polished(near);
@@ -304,13 +305,14 @@ TEST_CASE("the friction of a healthy valve is found beside all other numbers", "
     CHECK(made.load_intensity == Approx(0.005).margin(0.004));
     CHECK(made.model.process.gain == Approx(truth.process.gain).epsilon(0.02));
   }
-  SECTION("without leave for friction none is added") {
+  SECTION("no friction is added if it is not allowed") {
     truth.valve_effects = {{"backlash", {{"deadband", 0.06}}}};
     CHECK(twin::polish(near, test::record_of(truth, 400.0), 0.0).model.valve_effects.empty());
   }
 }
 
-TEST_CASE("a table's points go where the loop is, and it is bent to the record", "[commission]") {
+TEST_CASE("a table's points move to the range of the loop, and the curve is fitted to the record",
+          "[commission]") {
   plant::LoopModel truth = test::believed_model();
   const auto installed = [](double u) {
     const double h = 0.1 * u;
@@ -340,7 +342,7 @@ TEST_CASE("a table's points go where the loop is, and it is bent to the record",
   }
 }
 
-TEST_CASE("where the healthy record never was, the twin's watch says nothing",
+TEST_CASE("outside the range of the healthy record, the twin's watch does not judge",
           "[commission][twin]") {
   const gap::Record changed = changed_at(gain_change(1.4), 600.0);
   plant::LoopModel twin = twin_model();
@@ -373,7 +375,7 @@ TEST_CASE("a watch that begins in the middle of a move takes it for no change",
   }
 }
 
-TEST_CASE("some missing cycles are no new start of the watch", "[commission][twin]") {
+TEST_CASE("a few missing cycles don't restart the watch", "[commission][twin]") {
   const gap::Record record = changed_at(gain_change(1.4), 600.0);
   const plant::LoopModel twin = twin_model();
   watch::LoopMonitor watched({.sample_time_s = 0.1, .pv_high = 10.0, .co_high = 10.0}, {}, nullptr,

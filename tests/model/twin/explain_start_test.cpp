@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// An explanation of minutes that begin with PV where the twin may not judge.
+// An explanation of minutes that begin with PV outside the range in which the twin may judge.
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
@@ -36,7 +36,7 @@ double set_point_at(double time_s) {
   return part == 0 ? 12.0 : part == 1 ? 13.0 : part == 2 ? 12.0 : 11.2;
 }
 
-// The valve sticks from `sticks_s` on. `stem`: where it begins, CO units; CO begins at 48.
+// The valve sticks from `sticks_s` on. The stem begins at `stem`, CO units; CO begins at 48.
 gap::Record run(double seconds, double stem, double sticks_s, std::uint64_t seed) {
   constexpr double co = 48.0;
   plant::LoopModel m = healthy_loop();
@@ -63,7 +63,7 @@ gap::Record run(double seconds, double stem, double sticks_s, std::uint64_t seed
 
 }  // namespace
 
-TEST_CASE("minutes that begin at PV 0 are explained by what happened after that",
+TEST_CASE("minutes that begin at PV 0 are explained by the events after that",
           "[commission][explain][long]") {
   constexpr std::uint64_t seed = 3;
   plant::LoopModel believed = healthy_loop();

@@ -41,7 +41,7 @@ TEST_CASE("planned moves take s and j from the explanation of an alarm",
   CHECK(stick_of({{"s", 0.8}, {"j", 0.9}}, {}, 0.9, {})->j == 0.8);
 }
 
-TEST_CASE("a valve that may have play as well is not calmed; one that is not sure does not act",
+TEST_CASE("a valve that may also have backlash gets no moves; an unsure stick does not act",
           "[commission][planned_moves]") {
   const std::string name = GENERATE("backlash", "hysteresis");
   CHECK_FALSE(stick_of({{"s", 0.8}, {"j", 0.3}}, {{"s", {0.7, 0.9}}}, 0.95, {"leakage", name}));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A change of the twin from a known moment on, by name and size.
+// A change of the loop from a known moment on, by name and size.
 #include "model/twin/since_change.hpp"
 
 #include <catch2/catch.hpp>
@@ -14,9 +14,10 @@ using effects::Block;
 
 constexpr double kAt_s = 300.0;
 
-// Healthy for five minutes, ten more with `faults`; what is known of the moment.
+// A loop that is healthy for five minutes, then has `faults` for ten. The times bound its
+// beginning.
 twin::SinceChange named(const std::vector<std::pair<effects::EffectSpec, Block>>& faults,
-                        double earliest_s = kAt_s, double likeliest_s = kAt_s) {
+                              double earliest_s = kAt_s, double likeliest_s = kAt_s) {
   plant::LoopModel twin = test::believed_model();
   twin.transmitter.noise = 0.015;
   plant::LoopModel truth = twin;
@@ -32,7 +33,7 @@ twin::SinceChange named(const std::vector<std::pair<effects::EffectSpec, Block>>
   return twin::since_change(record, {sample(earliest_s), sample(likeliest_s)}, twin, test::serial);
 }
 
-TEST_CASE("a change since a moment is named with its size, the plainest first",
+TEST_CASE("a change since a moment is named with its size, the simplest first",
           "[commission][since]") {
   const auto gain = named({{{"gain_change", {{"factor", 1.3}}}, Block::process}});
   REQUIRE(gain.effects.size() == 1);
@@ -48,11 +49,11 @@ TEST_CASE("a change since a moment is named with its size, the plainest first",
   CHECK(step.effects[0].spec.name == "step_disturbance");
   CHECK(step.effects[0].spec.parameters.at("size") == Approx(0.6).margin(0.05));
   CHECK(step.effects[0].alternatives == std::vector<std::string>{"output_bias"});
-  // By the last third the load's filter has taken it over.
+  // By the last third the load's filter has absorbed it.
   CHECK_THAT(step.effects[0].evidence, Catch::Contains("most of which its numbers are fitted to"));
 }
 
-TEST_CASE("a fault of the valve is none of the process", "[commission][since]") {
+TEST_CASE("a fault of the valve is not attributed to the process", "[commission][since]") {
   const auto play = named({{{"backlash", {{"deadband", 0.6}}}, Block::valve}});
   REQUIRE(play.effects.size() == 1);
   CHECK(play.effects[0].block == Block::valve);
@@ -83,7 +84,7 @@ TEST_CASE("two changes at once are both named", "[commission][since]") {
   CHECK(has("stiction"));
 }
 
-TEST_CASE("a stick is found however long the valve cycles on a set point that stands",
+TEST_CASE("a stick is found however long the valve cycles on a constant set point",
           "[commission][since]") {
   plant::LoopModel twin = test::believed_model();
   twin.transmitter.noise = 0.015;
@@ -103,14 +104,15 @@ TEST_CASE("a stick is found however long the valve cycles on a set point that st
   }
 }
 
-TEST_CASE("what closes next to nothing beside a change is not named", "[commission][since]") {
+TEST_CASE("an effect that closes almost no gap in addition to a change is not named",
+          "[commission][since]") {
   const auto sticks = named({{{"stiction", {{"s", 0.9}, {"j", 0.4}}}, Block::valve},
                              {{"hysteresis", {{"width", 0.03}}}, Block::valve}});
   REQUIRE(sticks.effects.size() == 1);
   CHECK(sticks.effects[0].spec.name == "stiction");
 }
 
-TEST_CASE("a hysteresis of a tenth of the stick beside it is named, sizes of both are off",
+TEST_CASE("an additional hysteresis of a tenth of the stick is named, sizes of both are off",
           "[commission][since]") {
   const auto both = named({{{"stiction", {{"s", 0.9}, {"j", 0.4}}}, Block::valve},
                            {{"hysteresis", {{"width", 0.08}}}, Block::valve}});
@@ -140,7 +142,7 @@ TEST_CASE("a moment that is known within bounds is found, with its interval",
   CHECK(play.effects[0].block == Block::valve);
 }
 
-TEST_CASE("a change that began before it could be seen is found where it began",
+TEST_CASE("a change that began before it could be seen is dated to its beginning",
           "[commission][since]") {
   const auto gain = named({{{"gain_change", {{"factor", 1.3}}}, Block::process}}, 380.0, 400.0);
   REQUIRE(gain.effects.size() == 1);
@@ -149,7 +151,7 @@ TEST_CASE("a change that began before it could be seen is found where it began",
   CHECK(0.1 * static_cast<double>(gain.at) == Approx(kAt_s).margin(6.0));
 }
 
-TEST_CASE("where nothing changed, nothing is named", "[commission][since]") {
+TEST_CASE("an unchanged loop gets no name", "[commission][since]") {
   CHECK(named({}).effects.empty());
 }
 

@@ -31,7 +31,8 @@ TwinSeen of(const std::vector<TwinSeen>& all, TwinSees change) {
   return *std::find_if(all.begin(), all.end(), [&](const auto& s) { return s.change == change; });
 }
 
-TEST_CASE("the least change that the twin sees grows where SP moves less", "[commission][twin]") {
+TEST_CASE("the smallest change that the twin detects is larger if SP moves less",
+          "[commission][twin]") {
   const auto moving = twin::look_by_twin(twin_model(), 1, test::serial);
   REQUIRE(moving.size() == 4);
   plant::LoopModel little = twin_model();
@@ -53,7 +54,8 @@ TEST_CASE("the least change that the twin sees grows where SP moves less", "[com
   CHECK_FALSE(of(standing, TwinSees::dead_time).size);
 }
 
-TEST_CASE("of a controller that is not watched nothing is said", "[commission][twin]") {
+TEST_CASE("no detectability is reported for a controller that is not watched",
+          "[commission][twin]") {
   plant::LoopModel twin = twin_model();
   twin.scenario.set_point = {{0.0, 5.0}};
   twin.twin->controller.reset();

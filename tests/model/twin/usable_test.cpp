@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The gates, each just this and just that side of its limit.
+// Tests each gate just below and just above its limit.
 #include "model/twin/usable.hpp"
 
 #include <catch2/catch.hpp>
@@ -24,7 +24,7 @@ TEST_CASE("a raw record passes every gate", "[commission]") {
   CHECK(twin::why_short(record).empty());
 }
 
-TEST_CASE("a swinging door and an exception band are compression, rounding is none",
+TEST_CASE("a swinging door and an exception band are compression, rounding is not",
           "[commission]") {
   gap::Record lines = noisy();
   gap::Record holds = noisy();
@@ -39,7 +39,7 @@ TEST_CASE("a swinging door and an exception band are compression, rounding is no
   CHECK(twin::why_compressed(slow).find("repeat the one before") != std::string::npos);
   for (double& v : rounded.pv) v = std::round(v / 0.2) * 0.2;
   CHECK(twin::why_compressed(rounded).empty());
-  // An archive that kept most of the samples hides nothing.
+  // An archive that kept most of the samples is usable.
   const gap::Record fine = noisy();
   gap::Record nearly = fine;
   nearly.pv = tests::lines_between(fine.pv, tests::by_swinging_door(fine.pv, 0.003));

@@ -22,7 +22,7 @@ constexpr double kSampleTime = 0.1;  // s
 constexpr std::uint64_t kStretch = kWindowSamples;
 constexpr WindowSettings kSettings{.sample_time_s = kSampleTime, .co_low = 0.0, .co_high = 20.0};
 
-// CO that steps by 10 % of its span up and down every 12 s.
+// CO steps by 10 % of its span up and down every 12 s.
 double steps(std::uint64_t k) { return k / 120 % 2 == 0 ? 9.0 : 11.0; }
 
 Cycle cycle(std::uint64_t k, double stem) {
@@ -37,14 +37,14 @@ alarm::AlarmConditions raised(alarm::AlarmKind kind, double severity_percent) {
 
 }  // namespace
 
-TEST_CASE("before a stretch is full, and without read-back and judge, nothing is claimed",
+TEST_CASE("before a stretch is full, and without read-back and judge, no index is reported",
           "[monitor][condition]") {
   ConditionWatch watch(kSettings);
   for (std::uint64_t k = 1; k < kStretch; ++k) watch.add(cycle(k, kNan), {});
   CHECK(std::isnan(watch.indices().environment));
   watch.add(cycle(kStretch, kNan), {});
-  alarm::WindowMeasures measures;
-  // The upper bound from PV and CO is none.
+  WindowMeasures measures;
+  // The upper bound from PV and CO is no measurement.
   measures.stick_percent = 9.0;
   measures.stick_source = alarm::StickSource::ellipse;
   measures.variability_percent = 0.3;
@@ -58,7 +58,7 @@ TEST_CASE("before a stretch is full, and without read-back and judge, nothing is
   CHECK(std::isnan(indices.positioner));
 }
 
-TEST_CASE("the lag of a first-order stem, and how far it is from CO", "[monitor][condition]") {
+TEST_CASE("the lag of a first-order stem, and its distance from CO", "[monitor][condition]") {
   for (const double lag_s : {0.5, 3.0, 12.0}) {
     for (const double noise : {0.0, 0.01}) {
       ConditionWatch watch(kSettings);
@@ -93,7 +93,7 @@ TEST_CASE("no index is known while PV is frozen", "[monitor][condition]") {
   CHECK(watch.indices().environment == 100.0);
 }
 
-TEST_CASE("a CO that is not known compares with no stem", "[monitor][condition]") {
+TEST_CASE("without a known CO the stem has no comparison", "[monitor][condition]") {
   ConditionWatch watch(kSettings);
   for (std::uint64_t k = 0; k < kStretch; ++k) {
     Cycle one = cycle(k, steps(k) - 0.4);
@@ -112,12 +112,11 @@ TEST_CASE("a CO that is not known compares with no stem", "[monitor][condition]"
   CHECK(std::isnan(watch.inputs().stem_lag_s));
 }
 
-TEST_CASE("a stem at rest has no lag that could be known; CO away from it counts",
-          "[monitor][condition]") {
+TEST_CASE("a stem at rest has no measurable lag; CO away from it counts", "[monitor][condition]") {
   ConditionWatch watch(kSettings);
   for (std::uint64_t k = 0; k < kStretch; ++k) watch.add(cycle(k, 9.7), {});
   CHECK(std::isnan(watch.indices().actuator));
-  // 0.7 and 1.3 of 20 in turn: 5 %, beyond the limit.
+  // 0.7 and 1.3 of 20 alternate: 5 %, beyond the limit.
   CHECK(watch.inputs().stem_deviation_percent == Approx(5.0).margin(0.1));
   CHECK(watch.indices().positioner == 0.0);
 }
@@ -127,7 +126,7 @@ TEST_CASE("bad read-backs, bad PV, late and missing cycles are shares of the str
   ConditionWatch watch(kSettings);
   std::uint64_t k = 0;
   for (; k < 915; ++k) {
-    // A read-back that was there once counts as missing later.
+    // A read-back that was there before counts as missing later.
     watch.add(cycle(k, k < 24   ? kNan
                        : k < 48 ? steps(k)
                        : k < 96 ? kNan
@@ -174,9 +173,10 @@ TEST_CASE(
   CHECK(std::isnan(watch.indices().valve));
 }
 
-TEST_CASE("valve and stick are not known until a window lies behind the last change of verdict",
+TEST_CASE("valve and stick are unknown until a window has passed since the last change of verdict",
           "[monitor][condition]") {
-  // CO swings by 10 % of its span; the stem follows at once, then only once CO has gone 6 % from its turning point.
+  // CO swings by 10 % of its span; the stem follows at once, then only after CO has moved 6 % from
+  // its turning point.
   constexpr double kStuck = 1.2;  // CO units
   WindowSettings settings = kSettings;
   settings.overlap = 0.0;
@@ -212,12 +212,12 @@ TEST_CASE("valve and stick are not known until a window lies behind the last cha
   CHECK(healthy.stick_percent < 0.3);
   CHECK(watch.indices().valve > 97.0);
 
-  // Half a window later it sticks, and the twin says that something has changed.
+  // Half a window later it sticks, and the twin reports that something has changed.
   run(kStretch / 2, false);
   run(100, true);
-  CHECK(watch.indices().valve > 97.0);  // nobody knows better yet
-  alarm::AlarmConditions conditions{};
-  conditions[index_of(alarm::AlarmKind::model_gap)].on = true;
+  CHECK(watch.indices().valve > 97.0);  // no better value is available yet
+  AlarmConditions conditions{};
+  conditions[index_of(AlarmKind::model_gap)].on = true;
   CHECK(watch.verdict(conditions));
   CHECK_FALSE(watch.verdict(conditions));
   CHECK(std::isnan(watch.indices().valve));
@@ -234,7 +234,7 @@ TEST_CASE("valve and stick are not known until a window lies behind the last cha
   CHECK(sticky.stick_percent == Approx(100.0 * kStuck / 20.0).margin(1.0));
   CHECK(watch.indices().valve == Approx(10.0 * (10.0 - sticky.stick_percent)));
 
-  // Repaired, and told so: the sticky window is none of the valve's as it is by now.
+  // Repaired, and reported so: the sticky window doesn't describe the present valve.
   CHECK(watch.verdict({}));
   CHECK(std::isnan(watch.indices().valve));
   run(kStretch, false);
@@ -251,10 +251,10 @@ TEST_CASE("an alarm of routine evidence lowers the valve without a window that w
   CHECK(watch.indices().valve == Approx(60.0));
 }
 
-TEST_CASE("that no alarm is raised is no measurement of valve or actuator",
+TEST_CASE("the absence of an alarm is no measurement of valve or actuator",
           "[monitor][condition]") {
   ConditionWatch watch(kSettings);
-  // Judged, with a read-back whose stem never turned: nothing was measured of its stick.
+  // Judged, with a read-back whose stem never reversed: its stick was not measured.
   for (std::uint64_t k = 0; k < kStretch; ++k) watch.add(cycle(k, 9.0), {});
   alarm::AlarmConditions conditions{};
   alarm::WindowMeasures measures;
@@ -262,15 +262,15 @@ TEST_CASE("that no alarm is raised is no measurement of valve or actuator",
   CHECK(std::isnan(watch.indices().valve));
   CHECK(std::isnan(watch.indices().actuator));
   CHECK(std::isfinite(watch.indices().positioner));
-  // One window names stiction: too few to say, and no sign of health.
-  conditions[index_of(alarm::AlarmKind::stiction)] = {false, 6.8};
+  // One window names stiction: too few for an alarm, but no sign of health.
+  conditions[index_of(AlarmKind::stiction)] = {false, 6.8};
   watch.window(measures, &conditions);
   CHECK(std::isnan(watch.indices().valve));
   conditions[index_of(alarm::AlarmKind::stiction)].on = true;
   watch.window(measures, &conditions);
   CHECK(watch.indices().valve == Approx(32.0));
-  // A stick band that was measured to be nothing is as good as can be.
-  measures.stick_source = alarm::StickSource::read_back;
+  // A measured stick band of zero is the best possible.
+  measures.stick_source = StickSource::read_back;
   conditions = {};
   watch.window(measures, &conditions);
   CHECK(watch.indices().valve == 100.0);

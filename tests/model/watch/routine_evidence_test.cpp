@@ -23,7 +23,7 @@ using namespace loopwarden;
 using namespace loopwarden::alarm;
 using namespace loopwarden::watch;
 
-constexpr double kSetPoint = 20.0;  // as SmallLoop has it
+constexpr double kSetPoint = 20.0;  // in the form of SmallLoop
 constexpr std::size_t kWindows = 4;
 constexpr std::size_t kLoops = 16;
 
@@ -36,7 +36,7 @@ std::function<double(double)> random_load(double deviation, std::uint64_t seed) 
   };
 }
 
-// A flow loop with a tuning that a rule would give it, drawn.
+// A flow loop with the tuning of a rule, all drawn at random.
 SmallLoop flow_loop(std::uint64_t seed) {
   numeric::Random random(seed);
   SmallLoop loop{.sample_time_s = 1.0, .seed = seed};
@@ -51,12 +51,12 @@ SmallLoop flow_loop(std::uint64_t seed) {
 }
 
 struct Raised {
-  std::size_t window = 0;  // in which the condition came on, from 1; 0: it did not
+  std::size_t window = 0;  // in which the condition was raised, from 1; 0: it was not
   std::size_t seen_in =
       0;  // in which diagnose() first saw stiction in it and the one before as one record
 };
 
-// In the two windows up to `end`.
+// Returns whether diagnose() sees stiction in the two windows up to `end`.
 bool stiction_is_seen(const SmallLoop::Run& run, std::size_t end) {
   constexpr std::size_t kBoth = 2 * RoutineWatch::kSamples;
   const std::span<const double> pv(run.pv);

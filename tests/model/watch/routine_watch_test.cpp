@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Routine evidence of a running loop: it takes more than one window, forgets what it could not watch, and is weighed
-// with what the specialists say.
+// Routine evidence of a running loop: it takes more than one window, forgets unobservable effects,
+// and is weighed against the verdicts of the specialists.
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <cstdint>
@@ -20,9 +20,9 @@ using namespace loopwarden;
 using namespace loopwarden::alarm;
 using namespace loopwarden::watch;
 
-constexpr double kSetPoint = 20.0;  // as SmallLoop has it
+constexpr double kSetPoint = 20.0;  // in the form of SmallLoop
 
-// Samples of 2 s: the first level takes each as it is.
+// Samples of 2 s: the first level uses each unchanged.
 const WindowSettings kSettings{.sample_time_s = 2.0};
 
 SmallLoop::Run sticky(std::size_t samples, double s = 4.0) {
@@ -68,7 +68,7 @@ TEST_CASE("a sticking valve raises its condition after two windows, not after on
   CHECK(condition.severity_percent == Approx(4.0).epsilon(0.5));
 }
 
-TEST_CASE("what routine evidence holds, and when it judges next, can be asked at any time",
+TEST_CASE("the content of routine evidence and its next judgement are available at any time",
           "[routine]") {
   const auto run = sticky(2 * RoutineWatch::kSamples);
   RoutineWatch watch(kSettings);
@@ -94,7 +94,7 @@ TEST_CASE("what routine evidence holds, and when it judges next, can be asked at
   CHECK(watch.levels().back().windows == 0);
 }
 
-TEST_CASE("two windows with a break between are no record", "[routine]") {
+TEST_CASE("two windows with a break between are no single record", "[routine]") {
   const auto run = sticky(2 * RoutineWatch::kSamples);
   RoutineWatch watch(kSettings);
   std::vector<double> lengths;
@@ -105,7 +105,7 @@ TEST_CASE("two windows with a break between are no record", "[routine]") {
   CHECK(lengths == std::vector<double>{1500.0, 1500.0});
 }
 
-// The same of a source that reports a value when it has changed by more than a band.
+// Returns the same from a source that reports a value when it has changed by more than a band.
 SmallLoop::Run on_change(SmallLoop::Run run, double pv_band, double co_band) {
   const auto hold = [](std::vector<double>& values, double band) {
     double held = values.front();
@@ -119,7 +119,7 @@ SmallLoop::Run on_change(SmallLoop::Run run, double pv_band, double co_band) {
   return run;
 }
 
-TEST_CASE("what a source that reports on change hides raises nothing, and is told",
+TEST_CASE("an effect that a source with report on change hides raises no alarm",
           "[routine][watch]") {
   WindowSettings settings = kSettings;
   settings.on_change = true;
@@ -136,7 +136,7 @@ TEST_CASE("what a source that reports on change hides raises nothing, and is tol
   CHECK(raised(wide, plain));
   CHECK(plain.judgement().sees_from_percent == 0.0);
 
-  // Wider than what is left out: seen, and what could not be is told.
+  // Wider than the omitted changes: seen, and the smallest visible band is reported.
   RoutineWatch seen(settings);
   CHECK(raised(on_change(wide, 0.3, 1.0), seen));
   CHECK(seen.judgement().source.co.kind == analysis::ArchiveKind::exception);
@@ -144,7 +144,7 @@ TEST_CASE("what a source that reports on change hides raises nothing, and is tol
   CHECK(seen.judgement().source.pv.deviation == Approx(0.3).epsilon(0.1));
   CHECK(seen.judgement().sees_from_percent == Approx(2.0).epsilon(0.1));
 
-  // Held values make a small sticking valve by themselves.
+  // Held values look like a slightly sticking valve.
   const auto narrow = on_change(sticky(RoutineWatch::kSamples, 1.5), 0.1, 0.5);
   RoutineWatch hidden(settings);
   CHECK_FALSE(raised(narrow, hidden));
@@ -154,7 +154,8 @@ TEST_CASE("what a source that reports on change hides raises nothing, and is tol
   CHECK(credulous.judgement().verdict == diagnosis::DiagnosisVerdict::valve_effect);
   CHECK(credulous.judgement().sum > hidden.judgement().sum);
 
-  // So seldom that no rule can be told: nothing is named. When all of it comes again it is seen.
+  // The reports are too rare for a rule, so no rule is named. The effect is seen again when all
+  // reports arrive.
   RoutineWatch seldom(settings);
   CHECK_FALSE(raised(on_change(wide, 0.05, 2.5), seldom));
   CHECK(std::isinf(seldom.judgement().sees_from_percent));
@@ -165,7 +166,7 @@ TEST_CASE("what a source that reports on change hides raises nothing, and is tol
   CHECK(stiction_on(seldom));
 }
 
-TEST_CASE("where nobody knows SP there is routine evidence, and no window", "[routine][watch]") {
+TEST_CASE("without a known SP there is routine evidence, and no window", "[routine][watch]") {
   const auto run = sticky(2 * RoutineWatch::kSamples);
   WindowSettings settings = kSettings;
   settings.has_set_point = false;
@@ -182,8 +183,7 @@ TEST_CASE("where nobody knows SP there is routine evidence, and no window", "[ro
   CHECK(windows.state() == WindowState::no_set_point);
 }
 
-TEST_CASE("a band as a healthy valve has it raises nothing, and takes a condition back",
-          "[routine]") {
+TEST_CASE("a band as in a healthy valve raises no alarm, and clears a condition", "[routine]") {
   const auto run = sticky(4 * RoutineWatch::kSamples);
   // A band of 4 in a span of 2000 is 0.2 %, in one of 1000 0.4 %.
   const double half_span = GENERATE(500.0, 1000.0);
@@ -203,7 +203,7 @@ TEST_CASE("a band as a healthy valve has it raises nothing, and takes a conditio
   CHECK(stiction_on(restored) == !small);
 }
 
-TEST_CASE("a loop that is disturbed raises nothing, however long", "[routine]") {
+TEST_CASE("a disturbed loop raises no alarm, however long", "[routine]") {
   const auto run = disturbed(10 * RoutineWatch::kSamples);
   RoutineWatch watch(kSettings);
   std::size_t judged = 0;
@@ -217,7 +217,7 @@ TEST_CASE("a loop that is disturbed raises nothing, however long", "[routine]") 
   CHECK(judged == 10);
 }
 
-TEST_CASE("a repaired valve takes its condition back", "[routine]") {
+TEST_CASE("a repaired valve clears its condition", "[routine]") {
   const auto bad = sticky(3 * RoutineWatch::kSamples);
   const auto good = disturbed(12 * RoutineWatch::kSamples);
   RoutineWatch watch(kSettings);
@@ -251,7 +251,7 @@ TEST_CASE("manual, a bad PV or a gap of more than four samples begin the window 
   CHECK(first == (length == 4 ? stop : 0) + RoutineWatch::kSamples);
 }
 
-TEST_CASE("evidence outlives a gap, and not a stretch in manual", "[routine]") {
+TEST_CASE("evidence is kept over a gap, but not over a stretch in manual", "[routine]") {
   const auto run = sticky(2 * RoutineWatch::kSamples);
   const bool manual = GENERATE(true, false);
   RoutineWatch watch(kSettings);
@@ -289,7 +289,7 @@ TEST_CASE(
   CHECK(sum_with(0.02) == Approx(alone - RoutineWatch::kMostFromSpecialists).margin(0.1));
 }
 
-TEST_CASE("a condition from before a restart stays until a window speaks against it", "[routine]") {
+TEST_CASE("a condition from before a restart stays until a window contradicts it", "[routine]") {
   RoutineWatch watch(kSettings);
   watch.restore(AlarmKind::backlash, true, 3.0);
   CHECK(watch.conditions()[index_of(AlarmKind::backlash)].on);

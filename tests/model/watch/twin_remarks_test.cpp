@@ -10,7 +10,7 @@ using namespace loopwarden::alarm;
 using namespace loopwarden::watch;
 using Kind = TwinNews::Kind;
 
-TEST_CASE("a load outside is told as it comes and as it goes", "[twin]") {
+TEST_CASE("a load outside is reported when it begins and when it ends", "[twin]") {
   TwinNews news;
   TwinRemarks now{.judging = Judging::here};
   CHECK_FALSE(news.add(now, 1.0));
@@ -22,13 +22,13 @@ TEST_CASE("a load outside is told as it comes and as it goes", "[twin]") {
   CHECK(news.add(now, 1.0) == Kind::load_back);
 }
 
-TEST_CASE("a loop that is not judged is told once it lasts, and that it is judged again",
+TEST_CASE("a loop that is not judged is reported once it lasts, and again when it is judged",
           "[twin]") {
   TwinNews news;
   const TwinRemarks here{.judging = Judging::here};
   const TwinRemarks outside{.judging = Judging::outside};
   const TwinRemarks settling{.judging = Judging::settling};
-  // Moves that leave the healthy record for a while fill no journal.
+  // Moves that leave the healthy range for a while are not journalled.
   for (int i = 0; i < 10; ++i) {
     CHECK_FALSE(news.add(outside, 500.0));
     CHECK_FALSE(news.add(here, 1.0));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The twin's controller and its load beside a loop.
+// Tests the twin's controller and load watches of a loop.
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <functional>
@@ -33,10 +33,10 @@ plant::LoopModel twin_model() {
 }
 
 struct Side {
-  double controller_s = 0.0;  // when the watch comes on; 0: never
+  double controller_s = 0.0;  // when the condition is raised; 0: never
   double change_s = 0.0;
   double load_s = 0.0;
-  // model_gap of a loop that another controller has, and of one of our own; 0: never.
+  // model_gap of a loop with another controller, and of a loop that this daemon controls; 0: never.
   double foreign_gap_s = 0.0;
   double own_gap_s = 0.0;
   double load_size = 0.0;
@@ -54,7 +54,7 @@ struct Change {
   double sp_move = 1.0;  // PV units
 };
 
-// A loop of 20 minutes with a move of SP each two.
+// Runs a loop for 20 minutes with a move of SP every two minutes.
 Side beside(const Change& change, const plant::LoopModel& twin = twin_model()) {
   plant::LoopModel healthy = test::believed_model();
   plant::Plant before(healthy, 1);
@@ -119,7 +119,7 @@ Side beside(const Change& change, const plant::LoopModel& twin = twin_model()) {
   return out;
 }
 
-TEST_CASE("a loop that is as commissioned raises nothing", "[twin]") {
+TEST_CASE("a loop that is as commissioned raises no condition", "[twin]") {
   const Side side = beside({});
   CHECK(side.controller_s == 0.0);
   CHECK(side.change_s == 0.0);
@@ -135,7 +135,7 @@ TEST_CASE("a controller that was retuned or limited is seen, and only there", "[
   CHECK(side.controller_s < 500.0);
   CHECK(side.change_s == 0.0);
   CHECK(side.foreign_gap_s == Approx(side.controller_s).margin(1.0));
-  // Here it was this program that has changed it.
+  // In this loop the daemon itself has changed the controller.
   CHECK(side.own_gap_s == 0.0);
 
   Change limited;
@@ -145,7 +145,7 @@ TEST_CASE("a controller that was retuned or limited is seen, and only there", "[
   CHECK(side.change_s == 0.0);
 }
 
-TEST_CASE("a controller that the healthy record does not show is not watched, and says why",
+TEST_CASE("a controller that the healthy record does not show is not watched, with the reason",
           "[twin]") {
   plant::LoopModel twin = twin_model();
   twin.twin->controller->rms = 0.2;
@@ -188,7 +188,7 @@ TEST_CASE("a load that steps or drifts is a load of its size and no change of th
   CHECK(side.load_size > 0.5);
 }
 
-TEST_CASE("where nothing moves, nothing was tested", "[twin]") {
+TEST_CASE("without movement the loop stays untested", "[twin]") {
   Change still;
   still.sp_move = 0.0;
   for (const double untested_s : beside(still).untested_s) CHECK(untested_s > 1000.0);
@@ -199,7 +199,7 @@ TEST_CASE("where nothing moves, nothing was tested", "[twin]") {
   CHECK(side.untested_s[static_cast<std::size_t>(TwinChange::dead_time)] < 240.0);
 }
 
-TEST_CASE("what a monitor remarks is what its watches hold", "[twin]") {
+TEST_CASE("a monitor remarks the findings of its watches", "[twin]") {
   Change moving;
   moving.sp_move = 2.0;
   Side side = beside(moving);

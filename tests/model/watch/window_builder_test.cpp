@@ -42,7 +42,7 @@ std::vector<std::uint64_t> add(WindowBuilder& builder, std::uint64_t from, std::
 
 }  // namespace
 
-TEST_CASE("windows follow one another with the overlap that was asked for", "[monitor][window]") {
+TEST_CASE("windows follow one another with the requested overlap", "[monitor][window]") {
   for (const double overlap : {0.0, 0.5, 0.9}) {
     WindowBuilder builder({.overlap = overlap, .sample_time_s = 0.1});
     const auto full = add(builder, 1000, 1000 + 5 * kWindowSamples);
@@ -56,7 +56,7 @@ TEST_CASE("windows follow one another with the overlap that was asked for", "[mo
   }
 }
 
-TEST_CASE("a window holds the newest samples, in order, whatever went before",
+TEST_CASE("a window holds the newest samples, in order, independent of earlier ones",
           "[monitor][window]") {
   WindowBuilder builder({.overlap = 0.9,
                          .sample_time_s = 0.1,
@@ -88,7 +88,7 @@ TEST_CASE("a window holds the newest samples, in order, whatever went before",
   CHECK(windows > 20);
 }
 
-TEST_CASE("decimation averages, so that a fast loop sees as far back", "[monitor][window]") {
+TEST_CASE("decimation averages, so that a fast loop covers the same time", "[monitor][window]") {
   WindowBuilder builder({.overlap = 0.0, .decimation = 10, .sample_time_s = 0.01});
   const auto full = add(builder, 0, 10 * kWindowSamples);
   REQUIRE(full.size() == 1);
@@ -105,7 +105,7 @@ TEST_CASE("never across a gap, a mode or a bad PV", "[monitor][window]") {
   REQUIRE(add(builder, 0, kWindowSamples).size() == 1);
   CHECK(builder.state() == alarm::WindowState::valid);
 
-  // Some samples of the next window, then what breaks it.
+  // Some samples of the next window, then the event that breaks it.
   std::uint64_t next = kWindowSamples + 100;
   add(builder, kWindowSamples, next);
   Cycle bad = cycle(next);
@@ -133,11 +133,11 @@ TEST_CASE("never across a gap, a mode or a bad PV", "[monitor][window]") {
   }
   CHECK(builder.add(bad) == Progress::broken);
   CHECK(builder.state() == reason);
-  // Told once, however long it lasts.
-  if (builder.add(cycle(next + 1)) == Progress::none && reason != alarm::WindowState::gap) {
-    CHECK(builder.state() == alarm::WindowState::filling);
+  // Reported once, whatever its duration.
+  if (builder.add(cycle(next + 1)) == Progress::none && reason != WindowState::gap) {
+    CHECK(builder.state() == WindowState::filling);
   }
-  // A whole window is gathered afresh: nothing from before is in it.
+  // A whole window is collected again, without earlier samples.
   const auto full = add(builder, next + 2, next + 2 + 2 * kWindowSamples);
   REQUIRE_FALSE(full.empty());
   const alarm::Window w = builder.window();
@@ -146,8 +146,7 @@ TEST_CASE("never across a gap, a mode or a bad PV", "[monitor][window]") {
   CHECK(builder.state() == alarm::WindowState::valid);
 }
 
-TEST_CASE("late cycles are bridged, counted, and no more than a window can bear",
-          "[monitor][window]") {
+TEST_CASE("late cycles are bridged, counted, and limited per window", "[monitor][window]") {
   const std::size_t decimation = GENERATE(std::size_t{1}, std::size_t{3});
   WindowBuilder builder({.overlap = 0.0, .decimation = decimation, .sample_time_s = 0.1});
   const auto longest = static_cast<std::uint64_t>(kLongestBridge * decimation);
@@ -166,10 +165,10 @@ TEST_CASE("late cycles are bridged, counted, and no more than a window can bear"
   SECTION("enough") {
     std::uint64_t at = next;
     while (builder.add(cycle(at)) != Progress::full) ++at;
-    const alarm::Window w = builder.window();
-    CHECK(at == kWindowSamples * decimation - 1);  // as if nothing were missing
+    const Window w = builder.window();
+    CHECK(at == kWindowSamples * decimation - 1);  // as if no cycle were missing
     CHECK(w.bridged_cycles == kMostBridged * decimation);
-    // What rises in a straight line is met by one; SP and CO stand still meanwhile.
+    // A straight rise is bridged by a straight line; SP and CO are held meanwhile.
     bool on_the_line = true;
     bool co_behind = false;
     for (std::size_t i = 1; i < kWindowSamples; ++i) {
@@ -180,7 +179,7 @@ TEST_CASE("late cycles are bridged, counted, and no more than a window can bear"
     }
     CHECK(on_the_line);
     CHECK(co_behind);
-    // They leave with the window that they belong to.
+    // The bridged cycles leave with their window.
     while (builder.add(cycle(++at)) != Progress::full) {
     }
     CHECK(builder.window().bridged_cycles == 0);
@@ -191,21 +190,22 @@ TEST_CASE("late cycles are bridged, counted, and no more than a window can bear"
   }
 }
 
-TEST_CASE("a window that ends within a bridge is told with the next cycle", "[monitor][window]") {
+TEST_CASE("a window that ends within a bridge is completed by the next cycle",
+          "[monitor][window]") {
   WindowBuilder builder({.overlap = 0.5, .sample_time_s = 0.1});
   add(builder, 0, kWindowSamples - 2);
   CHECK(builder.add(cycle(kWindowSamples + 1)) == Progress::full);
   CHECK(builder.window().pv.size() == kWindowSamples);
   CHECK(builder.window().pv.back() == Approx(static_cast<double>(kWindowSamples + 1) + 0.2));
   CHECK(builder.window().bridged_cycles == 3);
-  // The one after ends where it would have ended.
+  // The next window ends at its usual place.
   const auto full = add(builder, kWindowSamples + 2, 2 * kWindowSamples);
   REQUIRE(full.size() == 2);
   CHECK(full.front() == kWindowSamples - 1 + 480);
   CHECK(full.back() == kWindowSamples - 1 + 2 * 480);
 }
 
-TEST_CASE("a stretch that can't be used is told once, and again when its reason changes",
+TEST_CASE("a stretch that can't be used is reported once, and again when its reason changes",
           "[monitor][window]") {
   WindowBuilder builder({.overlap = 0.5, .sample_time_s = 0.1});
   Cycle c = cycle(1);
@@ -213,7 +213,7 @@ TEST_CASE("a stretch that can't be used is told once, and again when its reason 
   CHECK(builder.add(c) == Progress::broken);
   c.period_index = 2;
   CHECK(builder.add(c) == Progress::none);
-  c.period_index = 9;  // a gap within it is no news
+  c.period_index = 9;  // a gap within it is not reported
   CHECK(builder.add(c) == Progress::none);
   c.period_index = 10;
   c.automatic = true;

@@ -76,7 +76,7 @@ TEST_CASE("sentences, headlines and letters", "[notify][text]") {
         std::string::npos);
   CHECK_THAT(text, Catch::Contains("\nFIC-101 Stiction\n  since:       2026-11-24 13:00:00 +0100\n"
                                    "  size:        6.1 % of the output's span\n"
-                                   "  why:         the stem sticks"));
+                                   "  why:         The stem sticks"));
   CHECK(rfc3339(kNoon + 7) == "2026-11-24T12:00:00.007Z");
 }
 
@@ -95,7 +95,7 @@ TEST_CASE("a process alarm is notified with its reason and its guide, with its o
   lost.alarm = "output_lost";
   lost.reason = "commands don't reach the device";
   CHECK(sentence(lost, sender()) == "FIC-101: Output lost came (commands don't reach the device)");
-  CHECK(letter(message_with({lost}), sender()).find("what to do:  look at the valve") !=
+  CHECK(letter(message_with({lost}), sender()).find("what to do:  Look at the valve") !=
         std::string::npos);
   const int urgent = priority_of(lost);
   lost.alarm = "not_normal_mode";

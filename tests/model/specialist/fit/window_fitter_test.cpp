@@ -30,7 +30,7 @@ TEST_CASE("a healthy valve is explained down to the noise", "[specialist]") {
   CHECK(excess(f, FaultModel::healthy) < 1.5);
 }
 
-TEST_CASE("play is found with its size, and by no healthy loop", "[specialist]") {
+TEST_CASE("play is found with its size, but not in a healthy loop", "[specialist]") {
   for (const double deadband : {0.4, 0.7, 1.3}) {
     const WindowFits f = WindowFitter(kFacts).fit(play_window(deadband, 0.02).view());
     CHECK(excess(f, FaultModel::backlash) < 2.0);
@@ -40,9 +40,9 @@ TEST_CASE("play is found with its size, and by no healthy loop", "[specialist]")
   }
 }
 
-TEST_CASE("units, spans and a constant load change nothing", "[specialist]") {
+TEST_CASE("units, spans and a constant load don't change the fit", "[specialist]") {
   const WindowFits volts = WindowFitter(kFacts).fit(play_window(0.7, 0.02).view());
-  // CO as 4 to 20 mA, PV 50 m3/h a unit, with 30 m3/h from elsewhere.
+  // CO as 4 to 20 mA, PV 50 m3/h per unit, with 30 m3/h from elsewhere.
   LoopFacts other{0.1, 1.2 * 50.0 / 1.6, 1.7, 2.6, 4.0, 20.0, 0.0, 500.0};
   tests::PlayWindow w = play_window(0.7, 0.02, 1.6, 4.0, 50.0);
   for (double& pv : w.pv) pv += 30.0;
@@ -53,7 +53,7 @@ TEST_CASE("units, spans and a constant load change nothing", "[specialist]") {
   }
 }
 
-TEST_CASE("a belief that is a little off is no fault, one that is far off fits another process",
+TEST_CASE("a model that is a little off is no fault, one that is far off fits another process",
           "[specialist]") {
   LoopFacts off = kFacts;
   off.gain *= 1.04;

@@ -90,15 +90,15 @@ TEST_CASE("roles go three to one to one, and the target is the strongest", "[spe
   all.push_back({some_signature(0.1), Condition::no_fault, 0.0, Role::training});
   all.push_back({some_signature(1.5), Condition::no_fault, 0.0, Role::training});
   CHECK(target_of(all, Condition::backlash) == 1);
-  // Of the healthy ones the most ordinary.
+  // The most ordinary of the healthy ones.
   CHECK(target_of(all, Condition::no_fault) == 4);
   CHECK(target_of(all, Condition::stiction) == all.size());
-  // Measured ones say nothing of their severity: the farthest from healthy.
+  // Measured signatures have no severity: the farthest from healthy is taken.
   for (Signature& s : all) s.severity_percent = 0.0;
   CHECK(target_of(all, Condition::backlash) == 0);
 }
 
-TEST_CASE("specialists of two conditions tell fresh signatures apart, with and without components",
+TEST_CASE("specialists of two conditions separate fresh signatures, with and without components",
           "[specialist]") {
   const plant::LoopModel model = tests::flow_loop();
   std::vector<Signature> all;

@@ -15,7 +15,7 @@ using Eigen::VectorXd;
 
 namespace {
 
-// Every weight in turn: layer by layer, neuron by neuron, its bias last.
+// All weights in order: layer by layer, neuron by neuron, its bias last.
 VectorXd flat(const Network& n) {
   std::vector<double> v;
   for (const Layer& l : n.layers) {
@@ -61,7 +61,7 @@ Network lively_network(const NetworkShape& shape) {
 
 }  // namespace
 
-TEST_CASE("a network answers as its formula says", "[specialist]") {
+TEST_CASE("a network answers according to its formula", "[specialist]") {
   Network n(NetworkShape{2, 1, 1, 1});
   n.layers[0].weights << 0.5, -0.25;
   n.layers[0].bias << 0.1;
@@ -130,12 +130,12 @@ TEST_CASE("training ends by each of its stops", "[specialist]") {
   settings.least_gradient = 0.0;
   settings.most_epochs = 1000;
   settings.most_failures = 3;
-  // What is good for the lessons is bad for their opposite.
+  // Progress on the lessons is a loss on their opposite.
   const Lessons opposite{training.inputs, -training.targets};
   const Learned failed = learn(start, training, opposite, {}, settings);
   CHECK(failed.stop == Stop::validation);
   CHECK(failed.epochs.size() == failed.best + 4);
-  // Nothing but the mean can be learned of a constant input: no step helps in the end.
+  // Only the mean can be learned from a constant input: in the end no step helps.
   settings.most_failures = 1000;
   Lessons constant = training;
   constant.inputs.setConstant(0.3);

@@ -9,7 +9,7 @@
 
 namespace loopwarden::tests {
 
-// A loop like the thesis's plant 1, 0 to 10 on both sides.
+// A loop like the thesis's plant 1, 0 to 10 for both CO and PV.
 inline plant::LoopModel flow_loop() {
   plant::LoopModel m;
   m.sample_time_s = 0.1;
@@ -23,7 +23,7 @@ inline plant::LoopModel flow_loop() {
   return m;
 }
 
-// What every condition explains down to twice the noise, with movement.
+// Fits that every condition explains down to twice the noise, with movement.
 inline specialist::WindowFits plain_fits() {
   specialist::WindowFits f;
   f.usable = true;
@@ -46,15 +46,15 @@ inline specialist::ParallelFor one_thread() {
     for (std::size_t i = 0; i < count; ++i) body(i);
   };
 }
-// The same work from the end: what another thread might do.
+// The same work in reverse order, as another thread might do it.
 inline specialist::ParallelFor backwards() {
   return [](std::size_t count, const std::function<void(std::size_t)>& body) {
     for (std::size_t i = count; i-- > 0;) body(i);
   };
 }
 
-// CO up and down in slow ramps through a play of `deadband` and a lag with dead time, simulated here by
-// other code than the fitter's: sample by sample, in CO units, from the middle of the play.
+// CO up and down in slow ramps through a play of `deadband` and a lag with dead time. Code other
+// than the fitter's simulates it: sample by sample, in CO units, from the middle of the play.
 struct PlayWindow {
   std::vector<double> pv, co;
   specialist::LoopWindow view() const { return {pv, co}; }

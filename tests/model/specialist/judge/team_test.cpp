@@ -29,7 +29,7 @@ const TeamTraining& trained() {
   return result;
 }
 
-// A team whose networks say what the test wants, whatever the evidence: softmax of `scores`.
+// A team whose networks return the scores of the test, whatever the evidence: softmax of `scores`.
 Team puppet_team(const std::array<double, kConditions>& scores) {
   Team team;
   team.facts = facts_of(tests::flow_loop());
@@ -55,11 +55,11 @@ TEST_CASE("names of conditions and verdicts are those of the files", "[specialis
   }
 }
 
-TEST_CASE("a fault is no larger than what the window shows of it", "[specialist]") {
+TEST_CASE("a fault is no larger than the window's evidence of it", "[specialist]") {
   WindowFits f = tests::plain_fits();
   f.co_range = 3.0;
   f.pv_range = 5.0;
-  // 6 % is what the fits have found.
+  // The fits have found 6 %.
   CHECK(severity_of(f, Condition::stiction) == 3.0);
   CHECK(severity_of(f, Condition::backlash) == 3.0);
   CHECK(severity_of(f, Condition::hysteresis) == 3.0);
@@ -72,7 +72,7 @@ TEST_CASE("a fault is no larger than what the window shows of it", "[specialist]
   CHECK(severity_of(f, Condition::hysteresis) == 6.0);
   CHECK(severity_of(f, Condition::low_air_supply) == 6.0);
   CHECK(severity_of(f, Condition::no_fault) == 0.0);
-  // And the verdict says so.
+  // The verdict agrees.
   const WindowVerdict verdict = TeamJudge(puppet_team({0.0, 9.0, 0.0, 0.0, 0.0, 0.0})).judge(f);
   CHECK(verdict.verdict == VerdictName::stiction);
   CHECK(verdict.severity_percent == 3.0);
@@ -91,15 +91,15 @@ TEST_CASE("the verdict follows the probabilities, the fit and the movement", "[s
   CHECK(verdict({6, 0, 0, 0, 0, 0}, plain).verdict == VerdictName::no_fault);
   CHECK(verdict({6, 0, 0, 0, 0, 0}, plain).severity_percent == 0.0);
   CHECK(verdict({0, 0, 0, 0, 0, 6}, plain).verdict == VerdictName::unknown);
-  // Faults together are sure, though none stands out: the window can't tell which.
+  // The faults together are sure, but no single one is: the window can't separate them.
   CHECK(verdict({0, 0, 7, 6.9, 0, 0}, plain).verdict == VerdictName::not_enough_movement);
   CHECK(verdict({0, 0, 7, 5, 0, 0}, plain).verdict == VerdictName::backlash);
-  // Something is wrong, but a fault may be it as well.
+  // Something is wrong, but it may also be a fault.
   CHECK(verdict({0, 0, 0, 0, 5, 5.5}, plain).verdict == VerdictName::not_enough_movement);
   WindowFits shut = plain;
   shut.shut_share = 0.4;
   CHECK(verdict({0, 6, 0, 0, 0, 0}, shut).verdict == VerdictName::not_enough_movement);
-  // Torn between healthy and a fault that would not show.
+  // Undecided between healthy and a fault that would not show.
   CHECK(verdict({2, 2, 0, 0, 0, 0}, plain).verdict == VerdictName::not_enough_movement);
 
   WindowFits misfit = plain;
@@ -122,7 +122,7 @@ TEST_CASE("hysteresis is explained by the better of its two forms", "[specialist
   CHECK(severity_of(f, Condition::other) == 0.0);
 }
 
-TEST_CASE("a trained team knows play of other code than its own, and a healthy valve",
+TEST_CASE("a trained team recognises play from code other than its own, and a healthy valve",
           "[specialist][long]") {
   TeamJudge judge(trained().team);
   const WindowVerdict play = judge.judge(tests::play_window(0.7, 0.02).view());
@@ -136,7 +136,7 @@ TEST_CASE("a trained team knows play of other code than its own, and a healthy v
   CHECK(sum == Approx(1.0));
 }
 
-TEST_CASE("fresh windows with a fault are named right where they can tell, few healthy ones are",
+TEST_CASE("fresh windows with a clear fault are named right, few healthy ones are named",
           "[specialist][long]") {
   TeamJudge judge(trained().team);
   const plant::LoopModel model = tests::flow_loop();
@@ -162,8 +162,7 @@ TEST_CASE("fresh windows with a fault are named right where they can tell, few h
   CHECK(10 * named >= 9 * decided);
 }
 
-TEST_CASE("training depends on the seed alone, not on the order of the work",
-          "[specialist][long]") {
+TEST_CASE("training depends only on the seed, not on the order of the work", "[specialist][long]") {
   const TeamTraining again = small_team(tests::backwards());
   REQUIRE(again.epochs.size() == trained().epochs.size());
   CHECK(again.validation == trained().validation);
@@ -173,7 +172,7 @@ TEST_CASE("training depends on the seed alone, not on the order of the work",
   }
 }
 
-TEST_CASE("a finished restart is taken over instead of trained again", "[specialist]") {
+TEST_CASE("a finished restart is reused instead of trained again", "[specialist]") {
   const plant::LoopModel model = tests::flow_loop();
   const std::vector<Example> examples = simulate_examples(model, 700, 5, tests::one_thread());
   TeamTrainingSettings settings;

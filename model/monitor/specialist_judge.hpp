@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+// Makes the team of specialists (model/specialist) a judge of the monitor.
+#pragma once
+
+#include "model/monitor/window_judge.hpp"
+#include "model/specialist/team.hpp"
+
+namespace loopwarden::monitor {
+
+WindowJudgement judgement_of(const specialist::WindowVerdict& verdict) noexcept;
+
+class SpecialistJudge final : public WindowJudge {
+ public:
+  // The team's LoopFacts describe the loop of the windows. Their period must be that of the
+  // windows.
+  explicit SpecialistJudge(const specialist::Team& team) : judge_(team) {}
+
+  WindowJudgement judge(const Window& window) noexcept override;
+
+ private:
+  specialist::TeamJudge judge_;
+};
+
+}  // namespace loopwarden::monitor
