@@ -2,8 +2,8 @@
 // Makes the team of specialists (model/specialist) a judge of the monitor.
 #pragma once
 
-#include "model/monitor/window_judge.hpp"
-#include "model/specialist/team.hpp"
+#include "model/alarm/window_judge.hpp"
+#include "model/specialist/judge/team.hpp"
 
 namespace loopwarden::monitor {
 

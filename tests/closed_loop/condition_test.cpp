@@ -22,7 +22,7 @@ struct Trial {
 
 analysis::ConditionIndices indices_of(const Trial& trial) {
   plant::LoopModel model =
-      *config::read_model_file(LOOPWARDEN_SOURCE_DIR "/config/examples/models/plant1.yaml");
+      *config::read_model_file(LOOPWARDEN_SOURCE_DIR "/examples/models/plant1.yaml");
   // Set points that cross any play in both directions, several times per window.
   model.scenario = {.duration_s = 600.0, .set_point = {}, .faults = trial.faults, .seed = 11};
   for (int k = 0; k < 24; ++k) {

@@ -193,10 +193,9 @@ TEST_CASE("a loop whose units and ranges change keeps everything, and the others
   percent = replaced(replaced(percent, "kp: 0.35", "kp: 3.5"), "stop: 0", "stop: 40");
   plant.daemon.write_config("m.yaml", replaced(kModel, "output: [0, 10]", "output: [0, 100]"));
   plant.daemon.write_config("loops.d/1.yaml", percent);
-  plant.daemon.write_config(
-      "loops.d/2.yaml",
-      replaced(loop_file("FIC-102", LOOPWARDEN_SOURCE_DIR "/config/examples/models/plant1.yaml"),
-               "kp: 0.35", "kp: 0.3"));
+  plant.daemon.write_config("loops.d/2.yaml", replaced(loop_file("FIC-102", LOOPWARDEN_SOURCE_DIR
+                                                                 "/examples/models/plant1.yaml"),
+                                                       "kp: 0.35", "kp: 0.3"));
   // The model of the second loop is another one, too. No part of it is applied either.
   ShellOutcome told = plant.command("reload");
   CHECK(told.exit_code == 75);

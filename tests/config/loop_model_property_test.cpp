@@ -62,7 +62,8 @@ effects::EffectSpec any_spec(const effects::Descriptor& info) {
 }
 
 // Some parameters exclude each other: such sets are no models.
-bool possible(const effects::EffectSpec& spec, effects::Block block, const plant::LoopModel& model) {
+bool possible(const effects::EffectSpec& spec, effects::Block block,
+              const plant::LoopModel& model) {
   try {
     effects::check_effect(spec, block,
                           {.sample_time_s = model.sample_time_s,

@@ -71,8 +71,9 @@ TEST_CASE("the gallery names the measured record that it does not find") {
 }
 
 TEST_CASE("the study of specialists runs on the shipped ones") {
-  const ShellOutcome outcome = study("specialist table real unknown --quick --data " + kSource +
-                                     "/data/specialists --records " + kSource + "/data/plant1");
+  const ShellOutcome outcome =
+      study("specialist table real unknown --quick --data " + kSource +
+            "/examples/specialists --records " + kSource + "/examples/plant1");
   INFO(outcome.text);
   CHECK(outcome.exit_code == 0);
   CHECK(outcome.text.find("Table 9.1 with 9 specialists: 2") != std::string::npos);

@@ -156,8 +156,8 @@ TEST_CASE("through its compensator a faulty valve delivers the output of the law
   CHECK(worst({}, effects::HysteresisWidth(0.8, 0.0)) > 0.3);
   CHECK(worst({.kind = CompensatorKind::hysteresis, .width = 0.8, .knee = -1.0},
               effects::HysteresisWidth(0.8, -1.0)) < 1e-6);
-  CHECK(worst({.kind = CompensatorKind::hysteresis, .offset = 0.7}, effects::HysteresisOffset(0.7)) <
-        1e-6);
+  CHECK(worst({.kind = CompensatorKind::hysteresis, .offset = 0.7},
+              effects::HysteresisOffset(0.7)) < 1e-6);
   CHECK(worst({}, effects::HysteresisOffset(0.7)) == Approx(0.7));
   // Backlash: the stem lags by half a gap, always on the same side of the law.
   CHECK(worst({.kind = CompensatorKind::backlash, .gap = 0.6}, effects::Backlash(0.6)) ==

@@ -17,7 +17,7 @@ constexpr double kAt_s = 300.0;
 // A loop that is healthy for five minutes, then has `faults` for ten. The times bound its
 // beginning.
 twin::SinceChange named(const std::vector<std::pair<effects::EffectSpec, Block>>& faults,
-                              double earliest_s = kAt_s, double likeliest_s = kAt_s) {
+                        double earliest_s = kAt_s, double likeliest_s = kAt_s) {
   plant::LoopModel twin = test::believed_model();
   twin.transmitter.noise = 0.015;
   plant::LoopModel truth = twin;
