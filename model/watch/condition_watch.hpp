@@ -55,12 +55,12 @@ class ConditionWatch {
   void add(const Cycle& cycle, const Troubles& troubles) noexcept;
   // Adds a window that ends with the newest cycle. `conditions`: of a judged window, otherwise
   // null.
-  void window(const WindowMeasures& measures, const AlarmConditions* conditions) noexcept;
+  void window(const alarm::WindowMeasures& measures, const alarm::AlarmConditions* conditions) noexcept;
   // Sets the conditions from routine evidence or a twin. Returns true if the verdict has changed.
-  bool verdict(const AlarmConditions& conditions) noexcept;
+  bool verdict(const alarm::AlarmConditions& conditions) noexcept;
   // Returns the measures of a window that ends with the newest cycle. They lack the stick if the
   // window began before the last change of verdict.
-  WindowMeasures told(WindowMeasures measures) const noexcept;
+  alarm::WindowMeasures told(alarm::WindowMeasures measures) const noexcept;
 
   // No index is known while PV is frozen, because its samples do not show valve and loop.
   analysis::ConditionIndices indices() const noexcept {
@@ -99,7 +99,7 @@ class ConditionWatch {
   bool any_ = false;              // a cycle has been seen
   bool read_back_seen_ = false;   // and a read-back
   bool pv_frozen_ = false;        // by the newest cycle
-  AlarmConditions conditions_{};  // the newest
+  alarm::AlarmConditions conditions_{};  // the newest
   analysis::ConditionInputs inputs_;
 };
 

@@ -49,10 +49,10 @@ struct MonitorStep {
     judged        // measures, judgement and conditions are valid
   };
   Kind kind = Kind::nothing;
-  WindowState state = WindowState::filling;
-  WindowMeasures measures;
-  WindowJudgement judgement;
-  AlarmConditions conditions{};
+  alarm::WindowState state = alarm::WindowState::filling;
+  alarm::WindowMeasures measures;
+  alarm::WindowJudgement judgement;
+  alarm::AlarmConditions conditions{};
   // Set if routine evidence judged minutes or hours as well. Then `conditions` is valid, whatever
   // `kind` is.
   std::optional<RoutineWatch::Judgement> routine;
@@ -68,7 +68,7 @@ class LoopMonitor {
   // effects::EffectError for a twin that can't be stepped. `foreign_controller`: the twin's
   // controller is watched as well. Set it to false if this program runs the loop: then it changes
   // gains, jacket and compensator itself, and the journal has each change.
-  LoopMonitor(const WindowSettings& window, const VerdictRuleSettings& rule, WindowJudge* judge,
+  LoopMonitor(const WindowSettings& window, const alarm::VerdictRuleSettings& rule, alarm::WindowJudge* judge,
               const plant::LoopModel* twin = nullptr, bool foreign_controller = true)
       : builder_(window), rule_(rule), judge_(judge) {
     if (window.routine) routine_.emplace(window);
@@ -84,10 +84,10 @@ class LoopMonitor {
   // so the conditions keep their state.
   void calm(bool acts) noexcept { calm_ = acts; }
   // Restores a condition from before a restart.
-  void restore(AlarmKind kind, bool on, double severity_percent) noexcept;
-  WindowState state() const noexcept { return builder_.state(); }
+  void restore(alarm::AlarmKind kind, bool on, double severity_percent) noexcept;
+  alarm::WindowState state() const noexcept { return builder_.state(); }
   // Returns the window of the newest step, if the step has one. Valid until the next call of add().
-  Window window() const noexcept { return builder_.window(); }
+  alarm::Window window() const noexcept { return builder_.window(); }
   // Returns the samples of the newest step's routine judgement, if any. Valid until the next call
   // of add().
   RoutineWatch::Samples routine_samples() const noexcept {

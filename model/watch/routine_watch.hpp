@@ -92,7 +92,7 @@ class RoutineWatch {
     double sum_before = 0.0;        // nats, S before this judgement
     double from_specialists = 0.0;  // nats, w
     double sum = 0.0;               // nats, S after this judgement
-    AlarmKind fault = AlarmKind::stiction;
+    alarm::AlarmKind fault = alarm::AlarmKind::stiction;
     double severity_percent = 0.0;  // % of the CO span
     diagnosis::Archived source{};   // the source's rule for PV and CO
     double sees_from_percent =
@@ -124,14 +124,14 @@ class RoutineWatch {
   // that window.
   bool add(const Cycle& cycle);
   // Restores a condition from before a restart. It stays until a window contradicts it.
-  void restore(AlarmKind kind, bool on, double severity_percent) noexcept;
+  void restore(alarm::AlarmKind kind, bool on, double severity_percent) noexcept;
   // Adds a judged window of the specialists, for w.
-  void specialists(const WindowJudgement& judgement) noexcept;
+  void specialists(const alarm::WindowJudgement& judgement) noexcept;
 
   const Judgement& judgement() const noexcept { return judgement_; }
   // Returns the samples of judgement(), if the last add() judged; valid until the next add().
   Samples samples() const noexcept;
-  const AlarmConditions& conditions() const noexcept { return conditions_; }
+  const alarm::AlarmConditions& conditions() const noexcept { return conditions_; }
   // Returns the levels, the finest first. A level that a slow loop lacks has a window of 0 s.
   Levels levels() const noexcept;
 
@@ -179,8 +179,8 @@ class RoutineWatch {
   Judgement judgement_;
   std::size_t judged_ = 0;          // its level
   std::size_t judged_samples_ = 0;  // its newest samples
-  AlarmConditions restored_{};
-  AlarmConditions conditions_{};
+  alarm::AlarmConditions restored_{};
+  alarm::AlarmConditions conditions_{};
 };
 
 // Returns the judgement of diagnose() for these samples, without earlier evidence and without

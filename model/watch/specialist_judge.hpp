@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The team of specialists (model/specialist) as the judge that the monitor asks.
+// Makes the team of specialists (model/specialist) a judge of the monitor.
 #pragma once
 
 #include "model/alarm/window_judge.hpp"
@@ -11,7 +11,8 @@ alarm::WindowJudgement judgement_of(const specialist::WindowVerdict& verdict) no
 
 class SpecialistJudge final : public alarm::WindowJudge {
  public:
-  // The team's LoopFacts say what loop the windows come from; their period must be the window's.
+  // The team's LoopFacts describe the loop of the windows. Their period must be that of the
+  // windows.
   explicit SpecialistJudge(const specialist::Team& team) : judge_(team) {}
 
   alarm::WindowJudgement judge(const alarm::Window& window) noexcept override;

@@ -67,8 +67,8 @@ class WindowBuilder {
   Progress add(const Cycle& cycle) noexcept;
 
   // State of the newest window. While the first one of a stretch is collected: filling or gap.
-  WindowState state() const noexcept { return state_; }
-  Window window() const noexcept;
+  alarm::WindowState state() const noexcept { return state_; }
+  alarm::Window window() const noexcept;
   const WindowSettings& settings() const noexcept { return settings_; }
   // Number of the newest cycle: the last in the window, unless the last was interpolated.
   std::uint64_t last_period() const noexcept { return last_period_; }
