@@ -23,11 +23,11 @@
 // (integers, an output that is stepped by hand between the same values) or if its steps are those
 // of a converter.
 //
-// Ranges: at least 20 stored values. Errors: none; what is not recognised is `none`, or `unknown` where values are
+// Ranges: at least 20 stored values. Errors: no exceptions; what is not recognised is `none`, or `unknown` where values are
 // missing in the way of an archive but fit neither kind.
 // On the industrial records in data/, thinned by both: band within 10 % where less than half of the values were kept;
 // deviation within 0.5 to 1.5 with values stored at once, else within a factor of three.
-// What it can't do: say what was lost. A signal that was averaged before it was stored is not recognised.
+// Limits: say what was lost. A signal that was averaged before it was stored is not recognised.
 #pragma once
 
 #include <cstddef>

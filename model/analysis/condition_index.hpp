@@ -16,7 +16,7 @@
 //                         temperature, vibration, supply pressure.
 //
 // An index of which no value is known is NaN: not known, and not good.
-// What it can't do: it is a worst case over measures, not a prediction of life.
+// Limits: it is a worst case over measures, not a prediction of life.
 //
 // Source: names: Metso Valve Manager (thesis, section 2.2); formulas and limits: own.
 #pragma once

@@ -16,7 +16,7 @@
 //
 // Stiction with J = 0 is backlash with d = S, and the two formulas agree there. For J > S the law
 // overshoots, and the formula still holds.
-// What they can't do: one sinusoid at the valve's input. A loop with PI control on a sticking valve has a
+// Limits: one sinusoid at the valve's input. A loop with PI control on a sticking valve has a
 // CO that is nearer to a triangle; `loopwarden limit-cycle --grid` prints what that costs.
 //
 // Sources: Gelb and Vander Velde, Multiple-Input Describing Functions (1968), appendix B (backlash);

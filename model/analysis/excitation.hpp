@@ -20,7 +20,7 @@
 //
 // Rows are those in which the controller acts: of a record that is faster, every n-th (identification.cpp).
 //
-// Errors: none. What it can't do: other controllers that are far from linear; slow hands on a
+// Errors: no exceptions. Limits: other controllers that are far from linear; slow hands on a
 // manual valve that follow PV; a switching controller whose record repeats exactly is taken for a
 // clock, as nothing moved it from outside.
 //

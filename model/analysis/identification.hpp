@@ -26,7 +26,7 @@
 // Where that leaves no number, the record is tried as the limit cycle of a sticking valve (sticking_cycle.hpp), which
 // needs nothing from outside, nor SP.
 //
-// What it can't do: valves with friction or play in other records: gain too small, dead time too long (studies/identify
+// Limits: valves with friction or play in other records: gain too small, dead time too long (studies/identify
 // has figures). Intervals assume that the form is right and that the load is noise through a linear filter.
 //
 // Sources: Ljung, System Identification (1999), ch. 13 (closed loop).

@@ -14,7 +14,7 @@
 // stem jumps by J. CO is then a long triangle with the steps of the P action, and no sinusoid. With backlash
 // (J = 0) -1/N begins at infinity.
 //
-// What it can't do: it takes CO for a sinusoid and sees no second nonlinearity (limits, resolution).
+// Limits: it takes CO for a sinusoid and sees no second nonlinearity (limits, resolution).
 // How far it is off is printed by `loopwarden limit-cycle --grid`.
 //
 // Sources: Gelb and Vander Velde (1968), ch. 3; Choudhury, Thornhill and Shah (2005). Olsson and Åström, IEEE

@@ -11,8 +11,8 @@
 //   reversals          changes of the stem's direction, per hour
 // Moves of the stem below `stem_resolution` are no travel.
 //
-// Errors: none. Fewer than two samples give zeros. Non-finite samples are left out.
-// What it can't do: the period is that of the largest swing; two frequencies at once are not told
+// Errors: no exceptions. Fewer than two samples give zeros. Non-finite samples are left out.
+// Limits: the period is that of the largest swing; two frequencies at once are not told
 // apart.
 #pragma once
 

@@ -17,7 +17,7 @@
 // sum of squares is at most 3.84 s^2 above the least, s^2 = sum/(N - parameters). They need not be symmetric
 // and are infinite where the record sets no end.
 //
-// Errors: none. What it can't do: say whether u was moved by anything but the load (excitation.hpp).
+// Errors: no exceptions. Limits: say whether u was moved by anything but the load (excitation.hpp).
 //
 // Sources: Ljung, System Identification (1999), ch. 3, 4, 13; Golub and Pereyra, SIAM J. Numer. Anal. 10 (1973)
 // (variable projection); Hannan and Rissanen, Biometrika 69 (1982) (start of the noise model); Bates and Watts,

@@ -10,7 +10,7 @@
 // Settings from it (PI): Tyreus and Luyben kp = Ku/3.2, Ti = 2.2 Tu; Ziegler and Nichols kp = 0.45 Ku,
 // Ti = Tu/1.2. Both scale with the process's gain.
 //
-// What it can't do: Ku is by the describing function, 5 to 20 % off where dead time is long; a sticking
+// Limits: Ku is by the describing function, 5 to 20 % off where dead time is long; a sticking
 // valve adds its own band to the relay's, and shows as a Tu that falls with d.
 //
 // Sources: Åström and Hägglund, Automatica 20 (1984) 645-651; Tyreus and Luyben, Ind. Eng. Chem. Res. 31

@@ -3,7 +3,7 @@
 // and of the load (loop_trial.hpp). They are watched long enough for the slowest rule: 15 (2 (T + T2) + L) each, an
 // integrating process 100 (T2 + L).
 //
-// What it can't do: valve effects are left out, so is what a limit of CO does to a step of another size.
+// Limits: valve effects are left out, so is what a limit of CO does to a step of another size.
 #pragma once
 
 #include <optional>

@@ -11,8 +11,8 @@
 //
 // Times count from the first sample and are interpolated between samples; infinity where r never gets
 // there, and for settling where the record ends outside the band.
-// Errors: none; non-finite samples are passed over. Fewer than two samples, or y1 = y0: all infinite.
-// What it can't do: with noise above a few percent of the step the first crossing comes early and the
+// Errors: no exceptions; non-finite samples are passed over. Fewer than two samples, or y1 = y0: all infinite.
+// Limits: with noise above a few percent of the step the first crossing comes early and the
 // settling time late; filter first.
 //
 // Source: Ogata, Modern Control Engineering (2010), section 5.3; Sewdass, thesis, section 6.3.1.

@@ -17,8 +17,8 @@
 // A stem that comes to rest at once after each slip shows K j alone. Intervals hold what the profiles over j / s and over s
 // leave open, and two standard deviations by a jackknife over twelve blocks of the record.
 //
-// Errors: none; nothing where the record shows no such cycle.
-// What it can't do: integrating processes, a second lag, gains below 0 (a valve that closes as CO rises). It names no
+// Errors: no exceptions; nothing where the record shows no such cycle.
+// Limits: integrating processes, a second lag, gains below 0 (a valve that closes as CO rises). It names no
 // effect: `gap` does, by its own search and proof.
 //
 // Sources: Srinivasan, Rengaswamy, Narasimhan and Miller, Ind. Eng. Chem. Res. 44 (2005) 6719-6728 (Hammerstein model of

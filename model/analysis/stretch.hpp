@@ -5,7 +5,7 @@
 //           (share of complete samples)^2 (share in automatic)
 //
 // on means of 16 samples, so that noise is no movement. Where CO is not known PV stands for it.
-// What it can't do: tell a stretch that shows the fault from one that moves more.
+// Limits: tell a stretch that shows the fault from one that moves more.
 #pragma once
 
 #include <cstddef>

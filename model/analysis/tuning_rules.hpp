@@ -34,7 +34,7 @@
 //
 // Errors: nothing where a rule needs a dead time and L is 0, where T or K is 0, or where the rule has
 // no such form.
-// What it can't do: rules know nothing of friction.
+// Limits: rules know nothing of friction.
 //
 // Sources: Ziegler and Nichols, Trans. ASME 64 (1942); Cohen and Coon, Trans. ASME 75 (1953); Rivera,
 // Morari and Skogestad, Ind. Eng. Chem. Process Des. Dev. 25 (1986) (lambda); Skogestad, J. Process

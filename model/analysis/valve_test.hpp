@@ -15,7 +15,7 @@
 // settings. Positions are in CO units: the read-back, or (PV - PV at the start)/gain + CO at the start.
 // A stem has moved when the mean of the last third of a hold is by more than `moved` from the one before.
 //
-// What it can't do: without a read-back the process is in the answer; lags are then its own, and PV's noise
+// Limits: without a read-back the process is in the answer; lags are then its own, and PV's noise
 // sets what counts as moved.
 //
 // Sources: ISA-75.25.01 (2000) for the step test, resolution and dead band, its .02 for T86; the names of

@@ -5,8 +5,8 @@
 //
 //   u, x  CO units     D  deadband, CO units, >= 0: all that CO loses on a reversal
 //
-// Errors: none; a u that is not a number leaves x where it is.
-// What it can't do: no inertia, no slip jump (see stiction), no wear along the travel.
+// Errors: no exceptions; if u is not a number, x keeps its value.
+// Limits: no inertia, no slip jump (see stiction), no wear along the travel.
 //
 // Source: Tao and Kokotovic, Adaptive Control of Systems with Actuator and Sensor Nonlinearities
 // (Wiley 1996), ch. 2 (friction-driven backlash).

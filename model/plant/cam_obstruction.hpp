@@ -11,8 +11,8 @@
 //   J     jump, CO units, 0 <= J <= B: how far the stem then jumps
 //
 // Severity p fades it in as p B and p J.
-// Errors: none; a u that is not a number gives such an x, and the stem stays on its side.
-// What it can't do: no dynamics of the jump; friction elsewhere along the travel is `stiction`.
+// Errors: no exceptions; a u that is not a number gives such an x, and the stem stays on its side.
+// Limits: no dynamics of the jump; friction elsewhere along the travel is `stiction`.
 //
 // Source: Sewdass, thesis (Durban University of Technology), section 7.3.2 and figure 7.7: the
 // obstruction by which its stiction signatures were made.

@@ -10,8 +10,8 @@
 // in the control system that stops short, a float at its stop.
 //
 // Severity p fades it in as q + p (y - q).
-// Errors: none; a q that is not a number stays so.
-// What it can't do: beyond its end the record holds nothing of PV, so a fit can only count such samples as
+// Errors: no exceptions; if q is not a number, so is y.
+// Limits: beyond its end the record holds nothing of PV, so a fit can only count such samples as
 // a bound.
 //
 // Source: Tobin, Econometrica 26 (1958) 24-36 (censored observations).

@@ -10,8 +10,8 @@
 // that relax, a positioner whose integral action ends the travel.
 //
 // Severity p fades it in as p A.
-// Errors: none; a non-finite u gives a non-finite x until the next reset.
-// What it can't do: one time constant; real relaxation goes on with the logarithm of time.
+// Errors: no exceptions; if u is not finite, neither is x until the next reset.
+// Limits: one time constant; real relaxation goes on with the logarithm of time.
 //
 // Source: Findley, Lai and Onaran, Creep and Relaxation of Nonlinear Viscoelastic Materials (1976): standard linear
 // solid, whose slow part is limited here.

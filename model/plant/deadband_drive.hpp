@@ -8,8 +8,8 @@
 //
 // Solved exactly over a period with u held. Severity p fades it in as band p B and rate R/p.
 //
-// Errors: none; a non-finite u leaves the stem where it is.
-// What it can't do: the motor neither overruns nor takes time to start; another rate on closing is none of it.
+// Errors: no exceptions; if u is not finite, the stem keeps its position.
+// Limits: the motor neither overruns nor takes time to start; another rate on closing is none of it.
 //
 // Source: three-position control of electric actuators: Merz, Regelungstechnik im Maschinenbau und Anlagenbau
 // (three-step controller with motor actuator); IEC 60534-4 (dead band).

@@ -7,7 +7,7 @@
 //
 // Severity p fades it in as p T.
 // Errors: the constructor throws std::length_error for a dead time beyond what fits in memory.
-// What it can't do: between samples it draws a straight line where the held signal has a step.
+// Limits: between samples it draws a straight line where the held signal has a step.
 #pragma once
 
 #include <cstddef>

@@ -16,7 +16,7 @@
 //
 // Severity p fades it in as p n. Flows below a tenth of N count as that, and no dead time is longer than ten times L0.
 // Errors: the constructor throws std::length_error for a dead time beyond what fits in memory.
-// What it can't do: mixing on the way; a pipe whose flow another valve sets.
+// Limits: mixing on the way; a pipe whose flow another valve sets.
 //
 // Source: Zenger and Niemi, Automatica 45 (2009) 1291-1298 (processes with varying transport delay).
 #pragma once

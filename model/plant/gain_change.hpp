@@ -4,7 +4,7 @@
 //   x = F u         u, x  CO units, at the input of the process     F  factor, > 0, 1: none
 //
 // Severity p fades it in as factor 1 + p (F - 1).
-// What it can't do: a gain that depends on the operating point is `valve_characteristic`.
+// Limits: a gain that depends on the operating point is `valve_characteristic`.
 #pragma once
 
 namespace loopwarden::plant {

@@ -9,8 +9,8 @@
 // Seen with analysers and chromatographs, wireless and multiplexed transmitters, slow gateways.
 //
 // Severity p fades it in as q + p (y - q).
-// Errors: none.
-// What it can't do: renewed at multiples of I, to the next sample; the sample an analyser
+// Errors: no exceptions.
+// Limits: renewed at multiples of I, to the next sample; the sample an analyser
 // takes on its way is dead time beside it. To the loop it is I/2 of dead time.
 //
 // Source: Franklin, Powell and Workman, Digital Control of Dynamic Systems (1998), zero-order hold.

@@ -7,8 +7,8 @@
 //
 //   u, x, offset  CO units; offset of either sign
 //
-// Errors: none; a non-finite u gives a non-finite x.
-// What it can't do: it jumps at once on the smallest reversal, noise included: no minor loops. For
+// Errors: no exceptions; if u is not finite, neither is x.
+// Limits: it jumps at once on the smallest reversal, noise included: no minor loops. For
 // a gradual loop see hysteresis_width.hpp.
 //
 // Source: Sewdass, thesis (Durban University of Technology), section 7.3.4.

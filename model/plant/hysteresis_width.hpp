@@ -10,8 +10,8 @@
 //   k      knee, -4 to 1: how late and sharply the new branch begins. 1: all plays alike, which is
 //          backlash; 0: widths spread evenly from nothing; below 0: part of the flow has no play at all
 //
-// Errors: none; a u that is not a number leaves x where it is.
-// What it can't do: one shape parameter, and it does not depend on the rate.
+// Errors: no exceptions; if u is not a number, x keeps its value.
+// Limits: one shape parameter, and it does not depend on the rate.
 //
 // Source: Hassani, Tjahjowidodo and Do, Mech. Syst. Signal Process. 49 (2014) 209-233 (survey).
 #pragma once

@@ -11,8 +11,8 @@
 // are washed away. Several stretches are several such effects, one after another.
 //
 // Severity p fades it in as p s and p j.
-// Errors: none. A non-finite u leaves the stem where it is while it sticks.
-// What it can't do: it sets in and lets go at once, in one sample.
+// Errors: no exceptions. If u is not finite, the stem keeps its position while it sticks.
+// Limits: it sets in and lets go at once, in one sample.
 //
 // Source: Choudhury, Thornhill and Shah, Control Engineering Practice 13 (2005) 641-658, for the law.
 #pragma once

@@ -11,8 +11,8 @@
 // each other and the weaker one is the faster: shrink and swell of a boiler drum, reboiler level.
 //
 // Severity p fades it in as p Z and p V.
-// Errors: none; a non-finite u gives a non-finite x for two samples.
-// What it can't do: one wrong way; linear.
+// Errors: no exceptions; if u is not finite, neither is x for two samples.
+// Limits: one wrong way; linear.
 //
 // Source: Iinoya and Altpeter, Ind. Eng. Chem. 54 (1962) 39-43 (inverse response from two opposing
 // lags); Astrom and Bell, Automatica 36 (2000) 363-378 (drum level).

@@ -10,8 +10,8 @@
 // A worn or eroded seat, or one that something holds open, passes several per cent.
 //
 // Severity p fades it in as p L.
-// Errors: none; a non-finite x gives a non-finite q.
-// What it can't do: the leak is one opening at one pressure drop; it does not grow as the drop does when
+// Errors: no exceptions; if x is not finite, neither is q.
+// Limits: the leak is one opening at one pressure drop; it does not grow as the drop does when
 // the valve shuts. Between CO and PV it is a lower gain and a constant, so no record tells it from these two.
 //
 // Source: IEC 60534-4 (seat leakage classes); seat and plug as two orifices in parallel.

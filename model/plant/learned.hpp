@@ -14,7 +14,7 @@
 //
 // Severity s fades each in as u + s (y - u).
 // Errors: none of the steps; model/effects/learned.cpp refuses a table that is none, check_poles() a denominator.
-// What it can't do: explain. It stands for what was seen under the moves of one record, at the openings, sizes and
+// Limits: explain. It stands for what was seen under the moves of one record, at the openings, sizes and
 // times that were in it; beyond them its ends hold.
 //
 // Source: Krejci and Kuhnen, IEE Proc. Control Theory Appl. 148 (2001) 185-192 (play operators); Wahlberg, IEEE

@@ -17,8 +17,8 @@
 // exponentially. Severity p fades it in as rate R/p, lag p T, preload p B, and travel
 // limit u + p (L - u) beyond L.
 //
-// Errors: none; a non-finite u gives a non-finite x until the next reset.
-// What it can't do: no choked flow through the restriction, no supply that sags while other valves
+// Errors: no exceptions; if u is not finite, neither is x until the next reset.
+// Limits: no choked flow through the restriction, no supply that sags while other valves
 // draw air, no positioner integral action.
 //
 // Source: engineering form of fault f16 (positioner supply pressure drop) of the DAMADICS benchmark,

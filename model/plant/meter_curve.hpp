@@ -14,8 +14,8 @@
 // range q is held at its ends; a table goes on with its end slopes.
 // Severity p fades it in as q + p (y - q).
 //
-// Errors: none; a q that is not a number stays so.
-// What it can't do: no flow dependent on density or temperature; noise before the curve and behind it are one.
+// Errors: no exceptions; if q is not a number, so is y.
+// Limits: no flow dependent on density or temperature; noise before the curve and behind it are one.
 //
 // Source: IEC 60770-1 and ISO 5167-1 (flow from differential pressure, by its root).
 #pragma once

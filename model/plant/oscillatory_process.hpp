@@ -12,8 +12,8 @@
 // where PV is inside another loop that rings.
 //
 // Severity p fades it in as u + p (x - u).
-// Errors: none; a non-finite u gives a non-finite x until the next reset.
-// What it can't do: linear, so it rings alike at every size of a move; where the process's dead time is no
+// Errors: no exceptions; if u is not finite, neither is x until the next reset.
+// Limits: linear, so it rings alike at every size of a move; where the process's dead time is no
 // whole number of periods, y is off by what the lag draws between two samples.
 //
 // Source: Seborg, Edgar and Mellichamp, Process Dynamics and Control (2004), chapter 5 (underdamped

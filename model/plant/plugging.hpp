@@ -9,8 +9,8 @@
 // it is right.
 //
 // Severity p fades it in as rate p R.
-// Errors: none; a q that is not a number stays so until the next reset.
-// What it can't do: no end to the growth; a line that is shut altogether shows a PV that stands.
+// Errors: no exceptions; a q that is not a number stays so until the next reset.
+// Limits: no end to the growth; a line that is shut altogether shows a PV that stands.
 //
 // Source: Kaldor, in Liptak (ed.), Instrument Engineers' Handbook (2003), impulse lines as first-order lags.
 #pragma once

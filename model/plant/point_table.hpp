@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A curve by points, joined by lines; at both ends it goes on with its last slope.
 //
-// Errors: none; `count` points of 2 or more, the first of each rising.
+// Errors: no exceptions; `count` points of 2 or more, the first of each rising.
 #pragma once
 
 #include <array>

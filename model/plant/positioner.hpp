@@ -15,8 +15,8 @@
 //
 // z by Euler's rule, x exactly for the new z, in steps of at most 25 ms and 1 / (2 G).
 // Severity p fades it in as u + p (x - u).
-// Errors: none; a non-finite u leaves the stem where it is.
-// What it can't do: no rate limit of filling or venting (see low_air_supply.hpp), no friction in the
+// Errors: no exceptions; if u is not finite, the stem keeps its position.
+// Limits: no rate limit of filling or venting (see low_air_supply.hpp), no friction in the
 // packing (see stiction_choudhury.hpp), the same dead band along the travel.
 //
 // Source: dead band and relay gain as positioner properties in IEC 61514 and ISA-75.25.01; the

@@ -9,8 +9,8 @@
 // CO draws it back. Ends are looked at once a period.
 //
 // Severity p fades it in as u + p (x - u).
-// Errors: none; a non-finite u gives a non-finite x until the next reset.
-// What it can't do: linear, so the overshoot is the same share of a step of any size; no rate limit.
+// Errors: no exceptions; if u is not finite, neither is x until the next reset.
+// Limits: linear, so the overshoot is the same share of a step of any size; no rate limit.
 //
 // Source: Franklin, Powell and Workman, Digital Control of Dynamic Systems (1998), zero-order hold.
 #pragma once

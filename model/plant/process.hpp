@@ -18,7 +18,7 @@
 //
 // Errors: the constructor throws std::length_error for a dead time beyond what fits in memory; a
 // non-finite u gives a non-finite q until the next reset.
-// What it can't do: linear about zero (self-regulating) or about where it was reset (integrating); an
+// Limits: linear about zero (self-regulating) or about where it was reset (integrating); an
 // integrating process has no ends: a tank neither runs over nor dry.
 //
 // Source: Åström and Wittenmark, Computer-Controlled Systems (1997), section 2.3 (time delay).

@@ -5,7 +5,7 @@
 //
 //   q, y, A  PV units (A: size)     F, E  from and to, s, F < E     t  s, time of the record
 //
-// What it can't do: it adds to PV, not through the process's lag; straight from beginning to end.
+// Limits: it adds to PV, not through the process's lag; straight from beginning to end.
 #pragma once
 
 #include <algorithm>

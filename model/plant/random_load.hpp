@@ -7,7 +7,7 @@
 //   q, y, d  PV units     S  intensity, PV units per root second, >= 0     T  time_constant, s, > 0
 //   w  white noise        n  normal with standard deviation 1                h  s
 //
-// What it can't do: it adds to PV, not through the process; Gaussian, without steps or bursts.
+// Limits: it adds to PV, not through the process; Gaussian, without steps or bursts.
 //
 // Source: Uhlenbeck and Ornstein, Phys. Rev. 36 (1930) 823-841.
 #pragma once

@@ -11,7 +11,7 @@
 //
 // Severity p fades it in as p R.
 // Errors: the constructor throws std::length_error for a delay beyond what fits in memory.
-// What it can't do: one way back; a share above 0.95, near to running away.
+// Limits: one way back; a share above 0.95, near to running away.
 //
 // Source: Luyben, Ind. Eng. Chem. Res. 32 (1993) 466-475 (dynamics of recycle systems).
 #pragma once

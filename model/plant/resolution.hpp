@@ -8,8 +8,8 @@
 // Seen with stepping actuators, coarse converters in a positioner, and positioners with a dead zone.
 //
 // Severity p fades it in as p D.
-// Errors: none; a non-finite u gives a non-finite x.
-// What it can't do: every step is complete within a sample, and the places where it steps are the same
+// Errors: no exceptions; if u is not finite, neither is x.
+// Limits: every step is complete within a sample, and the places where it steps are the same
 // up and down; a stem that needs more CO after a reversal has `backlash` or `stiction`.
 //
 // Source: ANSI/ISA-75.25.01 (2000), resolution: the least step in one direction that moves the valve;

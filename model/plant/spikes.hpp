@@ -8,8 +8,8 @@
 // Loose contacts, interference, bubbles at an electrode, echoes of a level radar.
 //
 // Severity p fades it in as p A.
-// Errors: none; a non-finite q gives a non-finite y.
-// What it can't do: one size, one sample each; real ones come in bursts.
+// Errors: no exceptions; if q is not finite, neither is y.
+// Limits: one size, one sample each; real ones come in bursts.
 //
 // Source: Menold, Pearson and Allgower, Control Engineering Practice 7 (1999) 1185-1200 (additive outliers).
 #pragma once

@@ -7,7 +7,7 @@
 //
 // The mean, so that an edge between two samples shows by its part in the sample it falls in.
 //
-// What it can't do: as long on as off; it adds to PV at once, not through the process's lag.
+// Limits: as long on as off; it adds to PV at once, not through the process's lag.
 #pragma once
 
 #include <algorithm>

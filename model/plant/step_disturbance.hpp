@@ -3,7 +3,7 @@
 //
 //   y = q + (t >= T ? A : 0)     q, y, A  PV units (A: size)     T  time, s     t  s, time of the record
 //
-// What it can't do: it adds to PV at once, not through the process's lag.
+// Limits: it adds to PV at once, not through the process's lag.
 #pragma once
 
 namespace loopwarden::plant {

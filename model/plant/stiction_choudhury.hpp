@@ -13,8 +13,8 @@
 // After a stop in the same direction this takes j of further CO before it moves, after a reversal s,
 // as in the paper's flow chart, written there with the value of u at which the stem stuck.
 //
-// Errors: none. A non-finite u leaves the stem where it is.
-// What it can't do: it is quasi-static, so a slip is complete within one sample, and the stem stops
+// Errors: no exceptions. If u is not finite, the stem keeps its position.
+// Limits: it is quasi-static, so a slip is complete within one sample, and the stem stops
 // exactly when u does; no dependence on velocity (Stribeck), no creep, no drift of friction along the
 // travel. Noise on u makes it stick and slip at every turn.
 //

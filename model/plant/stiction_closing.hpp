@@ -13,8 +13,8 @@
 // way, and where the fluid helps the stem one way and not the other.
 //
 // Severity p fades it in as p s, p j, p s' and p j'.
-// Errors: none. A non-finite u leaves the stem where it is.
-// What it can't do: what stiction_choudhury.hpp can't.
+// Errors: no exceptions. If u is not finite, the stem keeps its position.
+// Limits: what stiction_choudhury.hpp can't.
 //
 // Source: Choudhury, Thornhill and Shah, Control Engineering Practice 13 (2005) 641-658, for the law;
 // Garcia, Control Engineering Practice 16 (2008) 667-681, on friction that depends on the direction.

@@ -9,8 +9,8 @@
 //
 // The stem sticks again after every sample, so that even steady motion is a series of small slips.
 //
-// Errors: none. A non-finite u leaves the stem where it is.
-// What it can't do: continuous motion (it overstates stick-slip on ramps); the rest as for the
+// Errors: no exceptions. If u is not finite, the stem keeps its position.
+// Limits: continuous motion (it overstates stick-slip on ramps); the rest as for the
 // Choudhury law.
 //
 // Source: He, Wang, Pottmann and Qin, Ind. Eng. Chem. Res. 46 (2007) 4549-4560.

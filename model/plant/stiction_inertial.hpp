@@ -19,8 +19,8 @@
 // found from the closed solution, and what follows it starts there. Severity p fades it in as
 // p S and p J; at 0 the stem follows u at once.
 //
-// Errors: none. A non-finite u leaves the stem where it is.
-// What it can't do: no Stribeck curve and no presliding (LuGre); friction the same along the travel;
+// Errors: no exceptions. If u is not finite, the stem keeps its position.
+// Limits: no Stribeck curve and no presliding (LuGre); friction the same along the travel;
 // within a period u is a stair, so that a stem with a fast actuator stops on every stair.
 //
 // Sources: Karnopp, J. Dyn. Sys., Meas., Control 107 (1985) 100-103; overshooting slip: He and Wang,

@@ -23,8 +23,8 @@
 // stick-slip where a real actuator, whose air takes time, moves on.
 //
 // Severity p fades it in as p S and p J; at 0 the stem follows u at once.
-// Errors: none. A non-finite u leaves the stem where it is.
-// What it can't do: no Stribeck curve and no presliding (LuGre); friction the same along the travel;
+// Errors: no exceptions. If u is not finite, the stem keeps its position.
+// Limits: no Stribeck curve and no presliding (LuGre); friction the same along the travel;
 // no pneumatics but that line: no lag, no rate limit (see low_air_supply.hpp).
 //
 // Source: Karnopp, J. Dyn. Sys., Meas., Control 107 (1985) 100-103.

@@ -6,8 +6,8 @@
 //   q, y, lo, hi  PV units     N  noise, standard deviation, PV units, >= 0
 //   r  resolution, PV units, >= 0 (0: none)     n  normal with standard deviation 1, from a seed
 //
-// Errors: none; a q that is not a number reads as lo. (hi - lo) / r must stay below 2^53.
-// What it can't do: white noise only. Lag, bias and drift are effects of their own.
+// Errors: no exceptions; a q that is not a number reads as lo. (hi - lo) / r must stay below 2^53.
+// Limits: white noise only. Lag, bias and drift are effects of their own.
 #pragma once
 
 #include <algorithm>

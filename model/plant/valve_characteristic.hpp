@@ -15,8 +15,8 @@
 // it does. Outside [0, 1] h is held at the ends; a table goes on with its end slopes.
 // Severity p fades it in as x + p (q - x).
 //
-// Errors: none; a non-finite x gives a non-finite q.
-// What it can't do: inherent, not installed: no pressure drop in the line, no choking, no leakage.
+// Errors: no exceptions; if x is not finite, neither is q.
+// Limits: inherent, not installed: no pressure drop in the line, no choking, no leakage.
 //
 // Source: IEC 60534-2-4 (inherent flow characteristics); butterfly by geometry.
 #pragma once

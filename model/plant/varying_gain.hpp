@@ -8,8 +8,8 @@
 //   u, x  CO units, at the input of the process     F  factor, > 0     t  s, time of the record
 //
 // Severity p fades it in as factor 1 + p (F - 1). Between two points F stays between their factors.
-// Errors: none; the points must rise in t, 2 to kMostPoints of them.
-// What it can't do: a gain that follows the opening is `valve_characteristic`.
+// Errors: no exceptions; the points must rise in t, 2 to kMostPoints of them.
+// Limits: a gain that follows the opening is `valve_characteristic`.
 //
 // Source: Fritsch and Butland, SIAM J. Sci. Stat. Comput. 5 (1984) 300-304 (monotone pieces).
 #pragma once
