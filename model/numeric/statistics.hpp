@@ -7,8 +7,8 @@
 //   skewness   (1/n) sum (x - m)^3 / variance^1.5: 0 for a symmetric distribution
 //   kurtosis   (1/n) sum (x - m)^4 / variance^2: square wave 1, sine 1.5, ramp 1.8, normal 3
 //   correlation  of pairs, -1 to 1
-//   quantile   the sorted value at index p (n - 1), rounded to the nearest index, halves up: always one of
-//              the values
+//   quantile   the sorted value at index p (n - 1), rounded to the nearest index, halves up:
+//              always one of the values
 //   median     the quantile for p = 0.5: the greater of two middle values
 //
 //   x  any one unit, finite     p  0 to 1

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Least squares of y on two columns a and b without a constant, from sums: y = p a + q b.
 //
-//   p = (S_bb S_ay - S_ab S_by) / D,   q = (S_aa S_by - S_ab S_ay) / D,   D = S_aa S_bb - S_ab^2,   S_xy = sum x y
+//   p = (S_bb S_ay - S_ab S_by) / D,   q = (S_aa S_by - S_ab S_ay) / D
+//   D = S_aa S_bb - S_ab^2,            S_xy = sum x y
 //
 // Errors: no exceptions; if `depends` returns true, the columns are proportional and there is no
 // answer.

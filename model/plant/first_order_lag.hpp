@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // First-order lag (effects `extra_lag` and `positioner_lag`; also inside the transmitter).
 //
-//   T x' = u - x,  solved exactly for u held over a period:  x(k) = a x(k-1) + (1 - a) u,  a = exp(-h/T)
+//   T x' = u - x,  solved exactly for u held over a period:
+//   x(k) = a x(k-1) + (1 - a) u,  a = exp(-h/T)
 //
 //   u, x  same units     T  time constant, s, >= 0 (0: x = u)     h  s
 //

@@ -5,8 +5,8 @@
 //
 //   u, x  CO units     Z  damping ratio, 0 < Z < 1     W  natural_frequency, rad/s, > 0
 //
-// At an end of the travel the stem stops: a swing that would carry it beyond leaves it there, x' = 0, until
-// CO draws it back. Ends are looked at once a period.
+// At an end of the travel the stem stops. If a swing would carry it beyond the end, it stays there,
+// x' = 0, until CO moves it back. The ends are checked once per period.
 //
 // Severity p fades it in as u + p (x - u).
 // Errors: no exceptions; if u is not finite, neither is x until the next reset.
