@@ -16,8 +16,9 @@
 // batch of one, every trial builds on the one before it.
 //
 // Errors: no exceptions. Allocates only what the caller's members and judge do; the same seed gives
-// the same bits. Limits: it never stops early, and it can miss a valley that is narrower than the
-// spread of its members.
+// the same bits.
+// Limits: it never stops early, and it can miss a valley that is narrower than the spread of its
+// members.
 //
 // Source: Storn and Price, J. Global Optimization 11 (1997) 341-359.
 #pragma once

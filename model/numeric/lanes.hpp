@@ -7,8 +7,9 @@
 // combined with & and !.
 //
 // Lanes are vectors of g++ and clang: SSE on x86-64, NEON on arm64. Each lane has the same bits as
-// float. Limits: no branches. Both sides of a condition are computed; `any` reports whether a side
-// is needed.
+// float.
+// Limits: no branches. Both sides of a condition are computed; `any` reports whether a side is
+// needed.
 #pragma once
 
 #include <cmath>

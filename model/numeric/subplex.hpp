@@ -12,8 +12,7 @@
 // parameters.
 //
 // Sources: Rowan, Functional Stability Analysis of Numerical Algorithms (thesis, University of
-// Texas,
-// 1990); Johnson, The NLopt nonlinear-optimization package (LN_SBPLX).
+// Texas, 1990); Johnson, The NLopt nonlinear-optimization package (LN_SBPLX).
 #pragma once
 
 #include <cmath>

@@ -7,8 +7,8 @@
 //   T  time_constant, s, > 0     h  s
 //
 // A small move is late as a whole, as after a lag. Of a large move only A is late and the other
-// part is immediate. Causes: elastomers and packings that relax, a positioner whose integral action
-// ends the travel.
+// part is immediate.
+// Causes: elastomers and packings that relax, a positioner whose integral action ends the travel.
 //
 // Severity p fades it in as p A.
 // Errors: no exceptions; if u is not finite, neither is x until the next reset.

@@ -6,7 +6,8 @@
 //
 //   u, x  CO units     B  band, CO units, >= 0     R  rate, CO units/s, > 0
 //
-// Solved exactly over a period with u held. Severity p fades it in as band p B and rate R/p.
+// Solved exactly over a period with u held.
+// Severity p fades it in as band p B and rate R/p.
 //
 // Errors: no exceptions; if u is not finite, the stem keeps its position.
 // Limits: the motor starts without delay and never overruns; the rate on closing equals that on

@@ -15,7 +15,8 @@
 // the end of a pipe, solids on a belt of varying speed, a sample line.
 //
 // Severity p fades it in as p n. Flows below N/10 count as N/10, and no dead time is longer than 10
-// L0. Errors: the constructor throws std::length_error if the dead time doesn't fit in memory.
+// L0.
+// Errors: the constructor throws std::length_error if the dead time doesn't fit in memory.
 // Limits: no mixing in the pipe; not for a pipe whose flow another valve sets.
 //
 // Source: Zenger and Niemi, Automatica 45 (2009) 1291-1298 (processes with varying transport

@@ -7,10 +7,11 @@
 //   Z     zero_time, s, >= 0                        V  lag, s, >= 0 (0: w = u)
 //
 // The process follows, so the transfer function from CO to PV is
-// K (1 - Z p) e^(-L p) / ((V p + 1)(T p + 1)). If V is 0, a step of CO makes PV jump in the wrong
-// direction by Z/T of the whole change. Two opposing lags T and V with weights 1 + g and -g give Z
-// = g T - (1 + g) V. Occurs if two paths from valve to PV oppose each other and the weaker one is
-// faster: shrink and swell of a boiler drum, reboiler level.
+//   K (1 - Z p) e^(-L p) / ((V p + 1)(T p + 1))
+// If V is 0, a step of CO makes PV jump in the wrong direction by Z/T of the whole change. Two
+// opposing lags T and V with weights 1 + g and -g give Z = g T - (1 + g) V.
+// Occurs if two paths from valve to PV oppose each other and the weaker one is faster: shrink and
+// swell of a boiler drum, reboiler level.
 //
 // Severity p fades it in as p Z and p V.
 // Errors: no exceptions; if u is not finite, neither is x for two samples.

@@ -16,12 +16,13 @@
 //   C     > 0: rate on closing over R, for an exhaust that is throttled, or wider than the supply
 //
 // Solved exactly over a period with u held: at the rate limit while the distance exceeds R T, then
-// exponentially. Severity p fades it in as rate R/p, lag p T, preload p B, and travel
-// limit u + p (L - u) beyond L.
+// exponentially.
+// Severity p fades it in as rate R/p, lag p T, preload p B, and travel limit u + p (L - u) beyond
+// L.
 //
 // Errors: no exceptions; if u is not finite, neither is x until the next reset.
-// Limits: no choked flow through the restriction, no supply that sags while other valves
-// draw air, no positioner integral action.
+// Limits: no choked flow through the restriction, no supply that sags while other valves draw air,
+// no positioner integral action.
 //
 // Source: engineering form of fault f16 (positioner supply pressure drop) of the DAMADICS
 // benchmark, Bartys et al., Control Engineering Practice 14 (2006) 577-596.

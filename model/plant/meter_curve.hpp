@@ -12,7 +12,8 @@
 //
 // The slope of the root is infinite at lo. Below a thousandth of the range a straight line replaces
 // the root, as in transmitters. Outside the range q counts as the nearest end; a table continues
-// with its end slopes. Severity p fades it in as q + p (y - q).
+// with its end slopes.
+// Severity p fades it in as q + p (y - q).
 //
 // Errors: no exceptions; if q is not a number, neither is y.
 // Limits: no dependence on density or temperature; noise before and after the curve is not

@@ -8,7 +8,7 @@
 //   W  natural_frequency, rad/s, > 0     T  time constant of the lag, s, > 0     h  s
 //
 // The process with its lag follows, so the transfer function from CO to PV is
-// K W^2 e^(-L p) / (p^2 + 2 Z W p + W^2).
+//   K W^2 e^(-L p) / (p^2 + 2 Z W p + W^2)
 // Occurs if two stores exchange energy or mass (U-tubes, connected tanks, gas above a liquid), or
 // if PV is inside another loop that rings.
 //

@@ -2,7 +2,8 @@
 // Returns the value at `x` of a curve that is linear between points and continues with its end
 // slopes.
 //
-// `count` >= 2; the first coordinate of the points rises. Errors: no exceptions.
+// `count` >= 2; the first coordinate of the points rises.
+// Errors: no exceptions.
 #pragma once
 
 #include <array>

@@ -12,7 +12,8 @@
 //
 // So s and j are those of a valve with this friction in both directions. After closing, the stem
 // opens when CO has returned by fs + fd'; after opening, it closes when CO has returned by fs' +
-// fd. Causes: packing or a guide that binds in one direction, or fluid that helps the stem in one
+// fd.
+// Causes: packing or a guide that binds in one direction, or fluid that helps the stem in one
 // direction only.
 //
 // Severity p fades it in as p s, p j, p s' and p j'.

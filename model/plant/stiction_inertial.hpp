@@ -17,8 +17,8 @@
 // also acts at the ends. The ends are checked once per period.
 //
 // While the stem moves, the equation is linear and has a closed solution. A stop within the period
-// is computed from it, and the motion after the stop starts there. Severity p fades it in as p S
-// and p J; at 0 the stem follows u immediately.
+// is computed from it, and the motion after the stop starts there.
+// Severity p fades it in as p S and p J; at 0 the stem follows u immediately.
 //
 // Errors: no exceptions. If u is not finite, the stem keeps its position.
 // Limits: no Stribeck curve and no presliding (LuGre); the same friction along the whole travel.

@@ -13,7 +13,8 @@
 //
 // The equal-percentage valve of IEC 60534, R^(h-1), doesn't close; here it is shifted and scaled so
 // that it closes. Outside [0, 1] h counts as the nearest end; a table continues with its end
-// slopes. Severity p fades it in as x + p (q - x).
+// slopes.
+// Severity p fades it in as x + p (q - x).
 //
 // Errors: no exceptions; if x is not finite, neither is q.
 // Limits: the characteristic is inherent, not installed: no pressure drop in the line, no choking,
