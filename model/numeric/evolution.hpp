@@ -57,7 +57,7 @@ std::size_t drawn_below(std::size_t count, Generator& random) noexcept {
   return static_cast<std::size_t>(random.uniform() * static_cast<double>(count));
 }
 
-// Changes some places of `trial`, which is a copy of its own member.
+// Changes some places of `trial`, which is a copy of the member that it may replace.
 template <class Member, class Generator>
 void cross(Member& trial, const Member& from, const Member& a, const Member& b,
            const EvolutionSettings& settings, Generator& random) noexcept {
