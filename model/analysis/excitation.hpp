@@ -55,7 +55,7 @@ struct LoopColumns {
 struct Feedback {
   bool closed = false;
   bool by_mode = false;    // `closed` follows from the mode of the record
-  double explained = 0.0;  // share of the variance after the past of CO and SP, by PV, 0 to 1
+  double explained = 0.0;  // by PV: share of the variance that the past of CO and SP leave
   bool set_point_moves = false;
   std::array<double, 3> own{};    // a
   std::array<double, 3> of_pv{};  // b
