@@ -203,8 +203,8 @@ bool steps_of_the_signal(const Points& levels) {
 // Returns whether the steps are those of a converter: the distances of the levels are multiples of
 // one step, exact to the last written digit, and successive values are neighbouring levels. In an
 // archive the steps are larger than the distance of the levels. An archive of a moving signal
-// seldom stores the same value again, while integers, and an output that is stepped manually
-// between the same values, return to few levels.
+// seldom stores the same value again. Integers, and an output that is stepped manually between the
+// same values, return to few levels.
 bool steps_by_its_resolution(const std::vector<double>& stored, double last_digit) {
   const std::vector<double> levels = distinct(stored);
   if (levels.size() < 3) return true;

@@ -25,8 +25,8 @@
 // by chance are on the line between their neighbours, and the other samples are far from it.
 // Repeats also occur in quantised, held and constant signals. Their steps are multiples of one size
 // or have equal intervals, unlike those of an archive. Repeats don't count as an archive if the
-// signal returns to few levels (integers, an output that is stepped manually between the same
-// values) or if the steps are those of a converter.
+// steps are those of a converter, or if the signal returns to few levels. Examples are integers,
+// and an output that is stepped manually between the same values.
 //
 // Ranges: at least 20 stored values.
 // Errors: no exceptions; an unrecognised signal has the kind `none`, or `unknown` if values are

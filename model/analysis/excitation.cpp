@@ -104,9 +104,9 @@ std::vector<double> steps_between(const std::vector<std::size_t>& rows) {
   return steps;
 }
 
-// Returns whether each move at `rows` is at the first row after the last opposite move at which `x`
-// has passed the level that is usual for these moves. `side`: 1 if `x` rises to the level, -1 if it
-// falls.
+// Returns whether the moves at `rows` are at first passages: at the first row after the last
+// opposite move at which `x` has passed their usual level. `side`: 1 if `x` rises to the level, -1
+// if it falls.
 bool at_first_passage(std::span<const double> x, const std::vector<std::size_t>& rows,
                       const std::vector<std::size_t>& others, double side) {
   std::vector<double> at;
@@ -178,8 +178,8 @@ double moving_share(std::span<const double> x, const std::vector<std::size_t>& m
          static_cast<double>(std::max<std::ptrdiff_t>(rows, 1));
 }
 
-// Returns whether nearly all up moves are at a lower PV than nearly all down moves, or the reverse,
-// and CO moves as long as PV is on that side.
+// Returns whether nearly all up moves are at a lower PV than nearly all down moves, or the reverse.
+// CO must move as long as PV is on that side.
 bool moves_by_side(std::span<const double> x, const Moves& moves) {
   std::vector<double> down;
   for (const std::size_t k : moves.down) down.push_back(x[k]);

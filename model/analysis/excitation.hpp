@@ -5,11 +5,11 @@
 //          + c0 sp(k) + c1 sp(k-1) + c2 sp(k-2) + m + n(k)
 //
 // The law is fitted by least squares over the samples in automatic. The loop is closed if the mode
-// of the record is automatic, or if the terms in y explain a good part (0.3) of the variance that
-// remains after the past of u and SP. In open loop they explain almost no variance, because y
-// follows from u, not u from y. Rows with a constant CO don't count as explained, however exact the
-// log is. If PV moves in the same direction before and after a step of CO, CO is logged too late,
-// and no controller acts against PV.
+// of the record is automatic. Without a mode it is closed if the terms in y explain a good part
+// (0.3) of the variance that the past of u and SP leave, or if CO moves after the moves of SP. In
+// open loop they explain almost no variance, because y follows from u, not u from y. Rows with a
+// constant CO don't count as explained, however exact the log is. If PV moves in the same direction
+// before and after a step of CO, CO is logged too late, and no controller acts against PV.
 //
 // A controller that mostly keeps CO constant has no such law. switching_law() recognises three
 // kinds by the times at which CO moves:

@@ -153,7 +153,7 @@ std::pair<double, double> assumed_range(std::span<const double> column);
 plant::LoopModel stem_follows_output(std::span<const double> co, double sample_time_s);
 
 // The tangent at the steepest point of PV after one step of CO. Its slope is that of a line through
-// the samples of a tenth of the time from 20 to 85 % of the response, at least three samples.
+// at least three samples, over a tenth of the time from 20 to 85 % of the response.
 //   L  time from the step to the point at which the tangent meets the value before
 //   T  time from that point to the point at which the tangent meets the final value
 struct Tangent {

@@ -19,8 +19,8 @@ struct LoopRecord {
 // Runs the model in closed loop for `duration_s`, s, and returns its columns.
 LoopRecord run_model(const plant::LoopModel& model, double duration_s);
 
-// The response of the loop to a set-point step of 10 % of the transmitter's range at mid range, and
-// then to a disturbance step of -10 % of it.
+// The response of the loop to two steps at mid range: a set-point step of 10 % of the transmitter's
+// range, then a disturbance step of -10 % of it.
 struct PredictedResponse {
   LoopRecord record;                 // starts at the set-point step
   StepMetrics step;                  // of the set-point step

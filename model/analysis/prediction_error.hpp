@@ -16,10 +16,10 @@
 // valid in open and closed loop if the noise model can describe the disturbance; u may depend on
 // past y in any way.
 //
-// Intervals are profile likelihood intervals. A value is within the 95 % interval if the sum of
-// squares, with all other parameters fitted again, is at most 3.84 s^2 above the least sum, s^2 =
-// sum/(N - parameters). Intervals can be asymmetric. An end is infinite if the record sets no
-// limit.
+// Intervals are profile likelihood intervals. For each value all other parameters are fitted again.
+// The value is within the 95 % interval if the sum of squares is then at most 3.84 s^2 above the
+// least sum, s^2 = sum/(N - parameters). Intervals can be asymmetric. An end is infinite if the
+// record sets no limit.
 //
 // Errors: no exceptions.
 // Limits: it can't determine whether u has moves other than those by the disturbance

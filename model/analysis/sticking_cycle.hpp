@@ -15,12 +15,11 @@
 // cause at these times, so the cycle excites the process sufficiently. s, j, T, L and theta are
 // searched from a grid, and K is solved for. `lead_nats` is twice the log likelihood ratio to the
 // same model without a band (s = 0, T free). The valve sticks if the lead is clear and spread over
-// the record, the stem turns often enough, and PV responds to the stem with a lag shorter than the
-// cycle.
+// the record. In addition the stem must turn often enough, and the lag of PV after the stem must be
+// shorter than the cycle.
 //
-// A stem that stops immediately after each slip shows only K j. The intervals include the
-// uncertainty of the profiles over j / s and over s, and two standard deviations by a jackknife
-// over twelve blocks of the record.
+// A stem that stops immediately after each slip shows only K j. The intervals include the profiles
+// over j / s and over s, and two standard deviations by a jackknife over twelve blocks.
 //
 // Errors: no exceptions; the result is empty if the record shows no such cycle.
 // Limits: no integrating processes, no second lag, no gains below 0 (a valve that closes as CO

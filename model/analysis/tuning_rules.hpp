@@ -33,8 +33,8 @@
 // = 0.0700): the rule of Ziegler and Nichols without the process gain. It suits only gains near 1;
 // twice the gain makes the loop twice as fast or unstable. scales_with_gain() is false for it.
 //
-// Errors: the result is empty if the rule needs a dead time and L is 0, if T or K is 0, or if the
-// rule doesn't have the form.
+// Errors: the result is empty if T or K is 0, or if L is 0 and the rule needs a dead time. It is
+// also empty if the rule doesn't have the form.
 // Limits: the rules ignore friction.
 //
 // Sources: Ziegler and Nichols, Trans. ASME 64 (1942); Cohen and Coon, Trans. ASME 75 (1953);

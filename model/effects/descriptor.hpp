@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The description of an effect: name and number, keys with units and ranges, its law, the search of
-// `gap`, its part in linear analysis and alarms, and the signs by which an engineer recognises it.
+// The description of an effect: name, number, keys with units and ranges, law, and search by `gap`.
+// It also has the part of the effect in linear analysis and alarms, and its signs for engineers.
 // Each source file of this folder describes one effect, words.txt has the texts, and catalogue.hpp
 // collects all descriptions.
 #pragma once

@@ -6,8 +6,8 @@
 //   q, y    PV units, output of the transmitter with its noise
 //   lo, hi  low and high, PV units, lo < hi; one of them can be absent
 //
-// Causes: the span of the transmitter is too small, a converter or an isolator saturates, the
-// scaling in the control system is too narrow, or a float is at its stop.
+// Causes: a span of the transmitter that is too small, a converter or an isolator that saturates, a
+// scaling in the control system that is too narrow, a float at its stop.
 //
 // Severity p fades it in as q + p (y - q).
 // Errors: no exceptions; if q is not a number, neither is y.
