@@ -17,8 +17,7 @@
 // and the dead band keeps the remaining overshoot. The valve counts as shut if neither z nor x
 // exceeds 0.2 % of the span.
 //
-// z is integrated by Euler's rule, x exactly for the new z, in steps of at most 25 ms and 1 / (2
-// G).
+// z is integrated by Euler's rule, x exactly for the new z. Steps are at most 25 ms and 1 / (2 G).
 // Severity p fades it in as u + p (x - u).
 // Errors: no exceptions; if u is not finite, the stem keeps its position.
 // Limits: no rate limit of filling or venting (see low_air_supply.hpp), no friction in the packing
