@@ -6,7 +6,8 @@
 namespace loopwarden::effects::deadband_drive {
 namespace {
 
-// Share of the samples at which the drive is still on its way; without them it is a band alone.
+// Returns the share of the samples at which the drive is still moving. Without such samples the
+// effect is only a band.
 double on_its_way(Candidate::Values v, Candidate::Values co, double period_s) {
   if (co.empty()) return 0.0;
   plant::DeadbandDrive drive(v[0], v[1], period_s);

@@ -37,7 +37,7 @@ EffectSpec with_curve(const char* curve, double share) {
 void candidates(const SearchContext&, std::vector<Candidate>& all) {
   Candidate root{.block = Block::transmitter,
                  .parameters = 1,
-                 .prior_nats = 1.0,  // two curves
+                 .prior_nats = 1.0,  // the search has two curves to choose from
                  .search = {{"share", 0.05, 1.0, false, 4}},
                  .spec = [](const Candidate&, Candidate::Values v,
                             Candidate::Values) { return with_curve("root", v[0]); },

@@ -6,7 +6,7 @@
 namespace loopwarden::effects::plugging {
 namespace {
 
-// Up to a lag of three times the process's own at the end.
+// The search covers lags up to three times that of the process at the end of the record.
 void candidates(const SearchContext& c, std::vector<Candidate>& all) {
   all.push_back({.block = Block::transmitter,
                  .parameters = 1,

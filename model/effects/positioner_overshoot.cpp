@@ -10,7 +10,7 @@ namespace loopwarden::effects::positioner_overshoot {
 namespace {
 
 void candidates(const SearchContext& c, std::vector<Candidate>& all) {
-  // A faster one is a healthy valve's own.
+  // A faster actuator is that of a healthy valve.
   const double slowest_healthy = std::min(1.2 / (kFastActuator * c.slow_s()),
                                           0.5 * std::numbers::pi / c.period_s);  // rad/s
   all.push_back(

@@ -10,7 +10,7 @@ void candidates(const SearchContext& c, std::vector<Candidate>& all) {
   constexpr int kPlaces = 100;
   all.push_back({.block = Block::disturbance,
                  .smooth = false,
-                 .parameters = 3,  // a moment costs as much as two (Zhang and Siegmund 2007)
+                 .parameters = 3,  // a moment counts as two (Zhang and Siegmund 2007)
                  .search = {{"time", 0.02 * c.duration_s, 0.98 * c.duration_s, false, kPlaces,
                              0.5 / kPlaces}},
                  .solved = {"size"},

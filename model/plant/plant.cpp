@@ -42,7 +42,7 @@ Plant::Plant(const LoopModel& model, std::uint64_t seed)
                                  .time_constant_s = model.process.time_constant_s,
                                  .dead_time_s = model.process.dead_time_s};
   const auto add = [&](EffectChain& chain, Block block, EffectSpec spec, const Schedule& schedule) {
-    ++context.seed;  // each random effect has a stream of its own
+    ++context.seed;  // each random effect has a separate stream
     effects::complete(spec, context);
     effects::check_effect(spec, block, context);
     Effect effect = effects::make_effect(spec, context);
@@ -86,7 +86,7 @@ double Plant::output_for(double pv) const {
   double low = output_low_;
   double high = output_high_;
   const bool rising = rest_pv(high) >= rest_pv(low);
-  for (int i = 0; i < 60; ++i) {  // halves the span below any resolution
+  for (int i = 0; i < 60; ++i) {  // 60 halvings make the span smaller than any resolution
     const double middle = (low + high) / 2.0;
     ((rest_pv(middle) < pv) == rising ? low : high) = middle;
   }
