@@ -12,33 +12,34 @@ namespace loopwarden::analysis {
 namespace {
 
 constexpr std::size_t kLeastStored = 20;
-constexpr double kStoredAll = 0.8;  // share above which nothing worth mention was left out
+constexpr double kStoredAll = 0.8;  // above this stored share the record counts as complete
 constexpr std::size_t kLeastAtOnce = 8;
 constexpr double kAtOnceScale = 1.0 / 0.9;
-// 5 % quantile over median of what was stored at once: 0.1 where values were stored whatever they were, 0.5
-// behind a door.
+// Limit for the ratio of 5 % quantile to median of the distances for values followed immediately:
+// it is 0.1 if values were stored without a rule, and 0.5 after a swinging door.
 constexpr double kAnyValue = 0.33;
 constexpr double kAllScale = 0.9;
-constexpr double kOnLine = 0.15;          // of the samples of a filled record
+constexpr double kOnLine = 0.15;          // share of the samples of a filled record
 constexpr double kRising = 4.0;           // tolerances in two samples
-constexpr double kRepeated = 0.55;        // of the samples of a filled record
-constexpr std::size_t kFewLevels = 4;     // samples for each value that occurs
-constexpr int kMostDigits = 9;            // decimals that count as how a file was written
+constexpr double kRepeated = 0.55;        // share of the samples of a filled record
+constexpr std::size_t kFewLevels = 4;     // samples per distinct value
+constexpr int kMostDigits = 9;            // most decimals of a written file
 constexpr double kEqualIntervals = 0.05;  // coefficient of variation: a held measurement
-constexpr double kJoined = 0.2;           // of the intervals of a held measurement
-constexpr double kFewMultiples = 8.0;     // of the smallest step
-constexpr double kMultiples = 0.9;        // of the steps: a resolution
-constexpr double kLevelsOfSteps = 0.5;    // distinct levels for each step: few
+constexpr double kJoined = 0.2;           // share of the intervals of a held measurement
+constexpr double kFewMultiples = 8.0;     // times the smallest step
+constexpr double kMultiples = 0.9;        // share of the steps: a resolution
+constexpr double kLevelsOfSteps = 0.5;    // distinct levels per step: few
 constexpr double kLevelStep = 1.5;        // distances of levels: steps of a resolution
 constexpr double kFewLevelsStep = 2.5;    // the same for few levels
-constexpr double kLastDigits = 1.5;       // of the last digit: a dead band that is rounding
+constexpr double kLastDigits = 1.5;       // times the last digit: the dead band is rounding
 
 struct Points {
   std::vector<double> time_s;
   std::vector<double> value;
 };
 
-// Returns the step of the last decimal that the values were written with; 0: none to be seen.
+// Returns the step of the last decimal that the values were written with; 0 if there is no such
+// decimal.
 double last_digit_of(std::span<const double> values) {
   double scale = 1.0;
   for (int digits = 0; digits <= kMostDigits; ++digits, scale *= 10.0) {
@@ -59,8 +60,8 @@ std::vector<double> distinct(std::span<const double> values) {
   return levels;
 }
 
-// The smallest step that values can have: that of the last decimal that they were written with, or
-// of a transmitter that knows few values, whatever the decimals. 0: none to be seen.
+// Returns the smallest possible step of the values: that of the last written decimal, or that of a
+// transmitter with few values, independent of the decimals. 0 if there is no such step.
 double quantum_of(std::span<const double> values) {
   const double decimal = last_digit_of(values);
   const std::vector<double> levels = distinct(values);
@@ -77,10 +78,10 @@ ArchivedSignal judge(const Points& stored, double tick_s, double share) {
   std::vector<double> steps;
   std::size_t same = 0;
   double before = 0.0;
-  // The last one is stored because the export ends.
+  // The last value is stored only because the export ends, so it doesn't count.
   for (std::size_t k = 1; k + 1 < n; ++k) {
     const double step = stored.value[k] - stored.value[k - 1];
-    if (step == 0.0) continue;  // stored for its age
+    if (step == 0.0) continue;  // stored because of its age
     if (step * before > 0.0) ++same;
     steps.push_back(std::abs(step));
     before = step;
@@ -93,7 +94,8 @@ ArchivedSignal judge(const Points& stored, double tick_s, double share) {
   std::sort(sorted.begin(), sorted.end());
   const double range =
       numeric::quantile_in_place(sorted, 0.98) - numeric::quantile_in_place(sorted, 0.02);
-  // A cycle of which only the corners are stored has steps of one size as well: there and back, never twice the same way.
+  // A cycle with only its corners stored also has steps of one size, but never two in the same
+  // direction.
   const bool sharp = tenth - low < (0.1 + 0.5 * share) * low;
   const bool corners = same * 50 < steps.size() && low > 0.3 * range;
   if (sharp && !corners) {
@@ -128,9 +130,10 @@ ArchivedSignal judge(const Points& stored, double tick_s, double share) {
   return found;
 }
 
-// Many samples lie on the line between their neighbours to the last digit, and those that do not lie far off it: chance
-// would put about 0.5 tolerance / distance of them there, and a slow smooth signal has no kinks. Neighbours `lag` apart:
-// a line that rises by less than the last digit a sample shows only to distant ones.
+// Returns whether many samples are on the line between their neighbours to the last digit and the
+// others are far off it. By chance about 0.5 tolerance / distance of the samples are on it; a slow
+// smooth signal has no kinks. The neighbours are `lag` samples away: a line that rises by less than
+// the last digit per sample is visible only over a longer distance.
 bool drawn_by_lines(std::span<const double> x, std::size_t lag, double tolerance) {
   std::size_t on_line = 0;
   std::vector<double> kinks;
@@ -159,7 +162,8 @@ double variation(const std::vector<double>& lengths) {
   return numeric::deviation(lengths) / numeric::mean(lengths);
 }
 
-// A renewal by the same value joins two intervals: they count as two where few are so.
+// Returns the intervals. If only few of them are multiples of the usual one, these are divided,
+// because an update with the same value joins two intervals.
 std::vector<double> intervals(std::vector<double> lengths) {
   const double usual = numeric::median(lengths);
   const auto whole = [&](double length) { return std::max(1.0, std::round(length / usual)); };
@@ -172,7 +176,8 @@ std::vector<double> intervals(std::vector<double> lengths) {
   return lengths;
 }
 
-// Steps between levels, not those of an archive: all multiples of the smallest, or at equal intervals.
+// Returns whether the steps are those of the signal, not of an archive: multiples of the smallest
+// step, or at equal intervals.
 bool steps_of_the_signal(const Points& levels) {
   std::vector<double> steps;
   std::vector<double> lengths;
@@ -187,18 +192,19 @@ bool steps_of_the_signal(const Points& levels) {
     step /= smallest;
     if (std::abs(step - std::nearbyint(step)) < 0.05) ++multiples;
   }
-  // One step in ten is by chance; of large steps any is a multiple of the last digit.
+  // One step in ten is a multiple by chance. If steps are large, every one is a multiple of the
+  // last digit.
   const bool all_multiples =
       static_cast<double>(multiples) > kMultiples * static_cast<double>(steps.size()) &&
       numeric::quantile_in_place(steps, 0.5) < kFewMultiples;
   return all_multiples || variation(intervals(lengths)) < kEqualIntervals;
 }
 
-// Steps of a converter: the levels are multiples of one step apart, exact to the last digit that
-// was written, and neighbours follow each other. Behind an archive steps are larger than the
-// distance of the levels. An archive that stores a moving signal seldom stores the same value
-// again: integers, and an output that is moved by hand between the same values, come back to few
-// levels.
+// Returns whether the steps are those of a converter: the distances of the levels are multiples of
+// one step, exact to the last written digit, and successive values are neighbouring levels. In an
+// archive the steps are larger than the distance of the levels. An archive of a moving signal
+// seldom stores the same value again. Integers, and an output that is stepped manually between the
+// same values, return to few levels.
 bool steps_by_its_resolution(const std::vector<double>& stored, double last_digit) {
   const std::vector<double> levels = distinct(stored);
   if (levels.size() < 3) return true;
@@ -287,12 +293,12 @@ ArchivedSignal recognise_filled(std::span<const double> values) {
     at.push_back(static_cast<double>(k));
   }
   if (known.size() < kLeastStored) return {};
-  // Cells are empty where nothing was stored.
+  // Cells without a stored value are empty.
   const double share = static_cast<double>(known.size()) / static_cast<double>(n);
   if (share < kStoredAll) {
     std::vector<double> gaps;
     for (std::size_t k = 1; k < at.size(); ++k) gaps.push_back(at[k] - at[k - 1]);
-    // One long outage, or every fifth sample written, is no archive.
+    // One long outage, or a record of every fifth sample, isn't an archive.
     std::size_t steps = 0;
     for (const double gap : gaps) steps += gap > 1.5 ? 1 : 0;
     if (steps * 10 < gaps.size() || variation(gaps) < kEqualIntervals) {
@@ -303,7 +309,8 @@ ArchivedSignal recognise_filled(std::span<const double> values) {
   const auto [lowest, highest] = std::minmax_element(known.begin(), known.end());
   const std::vector<std::size_t> ends =
       *highest > *lowest ? run_ends(known) : std::vector<std::size_t>{0};
-  // Where no rule is seen: that few lines make it up is worth knowing beside a signal that tells.
+  // The result without a rule. The stored share is still useful if the record consists of few
+  // lines, because another signal of the record may show the rule.
   const ArchivedSignal none{.stored_share = ends.size() < kLeastStored
                                                 ? static_cast<double>(ends.size()) /
                                                       static_cast<double>(known.size())
@@ -338,7 +345,7 @@ ArchivedSignal recognise_filled(std::span<const double> values) {
     return none;
   }
   ArchivedSignal found = judge(levels, 1.0, 1.0 - repeated);
-  // A dead band of the last digit is what rounding does to a signal that settles.
+  // Rounding of a settling signal looks like a dead band of the last digit.
   if (found.kind == ArchiveKind::unknown || found.deviation <= kLastDigits * quantum) return none;
   found.held_lines = found.kind == ArchiveKind::swinging_door;
   return found;

@@ -1,33 +1,43 @@
 // SPDX-License-Identifier: Apache-2.0
-// What an archive kept of a signal. Historians store a value only when it tells something new:
+// Recognises how a historian compressed a signal. Historians use two rules to store a value:
 //
-//   exception       when it left the last stored one by more than a dead band; in between it is within the band around
-//                   that: the last value holds
-//   swinging door   when no straight line from the last stored one stays within a deviation of all that came since
-//                   (E. H. Bristol, ISA 1990); in between the line is within the deviation: straight lines
+//   exception       The value differs from the last stored value by more than a dead band. Between
+//                   stored values the signal is within the band around the last stored value, so
+//                   the last value is held.
+//   swinging door   No straight line from the last stored value stays within a deviation of all
+//                   values since then (E. H. Bristol, ISA 1990). Between stored values the line is
+//                   within the deviation, so straight lines are used.
 //
-// Recognised by what they leave:
+// The rules are recognised by these signs:
 //
-//   exception       the smallest differences of successive stored values lie close together, at the band: band = their
-//                   2 % quantile
-//   swinging door   small differences occur as well. A stored value B between A and C that was followed by C at once was
-//                   stored because of C: |B - chord AC| > deviation. Deviation = the 5 % quantile of these / 0.9; where
-//                   C came at once in fewer than eight places, 0.9 of the lower quartile of all |B - chord AC|.
-//                   Where these reach down to 0 (5 % quantile below a third of the median) no door stored them: `unknown`.
+//   exception       The smallest differences of successive stored values are close together, at the
+//                   band. Band = their 2 % quantile.
+//   swinging door   Small differences occur as well. If a stored value B is followed immediately by
+//                   C, it was stored because of C: |B - chord AC| > deviation; A precedes B.
+//                   Deviation = 5 % quantile of these distances / 0.9. If fewer than eight values
+//                   were followed immediately, it is 0.9 of the lower quartile of |B - chord AC|
+//                   for all values.
+//                   If the distances reach down to 0 (5 % quantile below a third of the median), no
+//                   swinging door stored the values, and the kind is `unknown`.
 //
-// In a record on a constant period that a historian has filled again, the stored values are the ends of repeats or of
-// straight lines, exact to the last digit that was written. For lines: more of the samples lie on the line between
-// their neighbours than chance would have there, and those that do not lie far off it. For repeats: quantised, held and
-// constant signals have them too, and are told from an archive's by their steps, which are multiples of one size or come
-// at equal intervals. Repeats are not an archive's if the signal comes back to few levels
-// (integers, an output that is stepped by hand between the same values) or if its steps are those
-// of a converter.
+// A historian can fill a record on a constant period again. Then the stored values are the ends of
+// repeats or of straight lines, exact to the last written digit. Signs of lines: more samples than
+// by chance are on the line between their neighbours, and the other samples are far from it.
+// Repeats also occur in quantised, held and constant signals. Their steps are multiples of one size
+// or have equal intervals, unlike those of an archive. Repeats don't count as an archive if the
+// steps are those of a converter, or if the signal returns to few levels. Examples are integers,
+// and an output that is stepped manually between the same values.
 //
-// Ranges: at least 20 stored values. Errors: none; what is not recognised is `none`, or `unknown` where values are
-// missing in the way of an archive but fit neither kind.
-// On the industrial records in examples/, thinned by both: band within 10 % where less than half of the values were kept;
-// deviation within 0.5 to 1.5 with values stored at once, else within a factor of three.
-// What it can't do: say what was lost. A signal that was averaged before it was stored is not recognised.
+// Ranges: at least 20 stored values.
+// Errors: no exceptions; an unrecognised signal has the kind `none`, or `unknown` if values are
+// missing as in an archive but fit neither rule.
+//
+// Accuracy on the industrial records in data/, thinned by both rules: the band is within 10 % if
+// less than half of the values were stored. The deviation is within a factor of 0.5 to 1.5 if
+// values were stored immediately after each other, otherwise within a factor of three.
+//
+// Limits: it can't reconstruct the lost values. A signal that was averaged before it was stored
+// isn't recognised.
 #pragma once
 
 #include <cstddef>
@@ -42,26 +52,27 @@ const char* to_text(ArchiveKind kind) noexcept;
 
 struct ArchivedSignal {
   ArchiveKind kind = ArchiveKind::none;
-  double deviation = 0.0;     // units of the signal: dead band or deviation; 0 where not known
-  double stored_share = 1.0;  // of the samples
-  bool held_lines = false;    // stored by swinging door, and held where a straight line belongs
+  double deviation = 0.0;     // units of the signal: dead band or deviation; 0: unknown
+  double stored_share = 1.0;  // share of the samples that were stored
+  bool held_lines = false;    // stored by swinging door, but held instead of joined by lines
 };
 
-// Of stored values at their times, s, rising. `tick_s`: shortest distance at which values were looked at.
+// Recognises the rule from stored values and their rising times, s. `tick_s`: shortest scan
+// interval, s.
 ArchivedSignal recognise_stored(std::span<const double> time_s, std::span<const double> values,
                                 double tick_s);
-// Of a record on a constant period; NaN is missing.
+// Recognises the rule from a record on a constant period; NaN is a missing sample.
 ArchivedSignal recognise_filled(std::span<const double> values);
 
-// The samples at which straight lines through all of `values` begin and end, exact to the last
-// digit.
+// Returns the samples at which the straight lines through all of `values` begin and end, exact to
+// the last digit.
 std::vector<std::size_t> run_ends(std::span<const double> values);
 
-// Values that were stored by exception and are held: the true ones are within the dead band around what is held, and on
-// their way to the next.
+// Returns an estimate of the signal for held values that were stored by exception. The true values
+// are within the dead band around the held value and approach the next one.
 std::vector<double> within_band(std::span<const double> held, double dead_band);
 
-// The same for held_lines: straight lines from where one value begins to where the next does.
+// Returns the same for held_lines: straight lines between the samples at which the values begin.
 std::vector<double> lines_for_steps(std::span<const double> held);
 
 }  // namespace loopwarden::analysis

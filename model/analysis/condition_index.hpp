@@ -1,22 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
-// Five condition indices of a control valve, from what a window of routine data shows. 100: as good as can
-// be seen, 0: as bad as counts. They carry the names of Metso's Valve Manager (thesis, table 2.1), whose
-// formulas are not published; these are this project's own and open.
+// Five condition indices of a control valve from a window of routine data, 0 to 100. 100 is the
+// best visible condition; 0 means that a value has reached its limit. The names are those of
+// Metso's Valve Manager (thesis, table 2.1), whose formulas are not published; the formulas here
+// are the project's.
 //
-//   index = 100 clamp(1 - worst of (value / limit), 0, 1)      over the values that are known
+//   index = 100 clamp(1 - worst of (value / limit), 0, 1)      over the known values
 //
-//   control performance   RMS of SP - PV, 5 % of the PV range. Can't know whether valve or tuning is to blame.
-//   valve                 stick band, 10 % of the CO range. Can't know leakage, wear of packing and trim,
-//                         cavitation.
-//   actuator              lag of the stem behind CO, 30 s; an alarm on low air supply counts as its limit.
-//                         Can't know diaphragm, spring, the pressure itself.
-//   positioner            mean |CO - stem|, 3 % of the CO range; share of time with a bad read-back, 10 %.
-//                         Can't know its self-tests.
-//   environment           share of bad PV, 10 %; share of late cycles and lost output, 2 %. Can't know
-//                         temperature, vibration, supply pressure.
+//   index                 values and limits                         not visible
+//   control performance   RMS of SP - PV, 5 % of the PV range       valve or tuning as the cause
+//   valve                 stick band, 10 % of the CO range          leakage, wear of packing and
+//                                                                   trim, cavitation
+//   actuator              lag of the stem after CO, 30 s; an        diaphragm, spring, the pressure
+//                         alarm on low air supply is the limit
+//   positioner            mean |CO - stem|, 3 % of the CO range;    its self-tests
+//                         share of bad read-backs, 10 % of time
+//   environment           share of bad PV, 10 %; share of late      temperature, vibration, supply
+//                         cycles and lost output, 2 %               pressure
 //
-// An index of which no value is known is NaN: not known, and not good.
-// What it can't do: it is a worst case over measures, not a prediction of life.
+// An index without any known value is NaN, which means unknown, not good.
+// Limits: the index is a worst case over measures, not a prediction of life.
 //
 // Source: names: Metso Valve Manager (thesis, section 2.2); formulas and limits: own.
 #pragma once
@@ -29,7 +31,7 @@ struct ConditionInputs {
   static constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
   double rms_error_percent = kUnknown;       // of the PV range
   double stick_percent = kUnknown;           // of the CO range
-  double stem_lag_s = kUnknown;              // s, time constant of the stem behind CO
+  double stem_lag_s = kUnknown;              // s, time constant of the stem after CO
   double actuator_alarm = kUnknown;          // 1: low air supply or positioner overshoot
   double stem_deviation_percent = kUnknown;  // mean |CO - stem|, of the CO range
   double read_back_bad_share = kUnknown;     // 0 to 1
@@ -45,6 +47,7 @@ struct ConditionIndices {
   double environment = ConditionInputs::kUnknown;
 };
 
+// Returns the five indices, 0 to 100 or NaN.
 ConditionIndices condition_indices(const ConditionInputs& in) noexcept;
 
 }  // namespace loopwarden::analysis

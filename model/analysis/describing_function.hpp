@@ -12,21 +12,23 @@
 //     B   = -(3/2) a + (a/2) cos 2p + 2 a sin p - 2 (S - J) sin p
 //     p   = arcsin((a - S)/a)
 //
-//   a, d, S, J  CO units     Both vanish below the least amplitude, where the valve stands still.
+//   a, d, S, J  CO units     Both are 0 below the least amplitude, because the valve doesn't move.
 //
-// Stiction with J = 0 is backlash with d = S, and the two formulas agree there. For J > S the law
-// overshoots, and the formula still holds.
-// What they can't do: one sinusoid at the valve's input. A loop with PI control on a sticking valve has a
-// CO that is nearer to a triangle; `loopwarden limit-cycle --grid` prints what that costs.
+// Stiction with J = 0 is backlash with d = S, and the two formulas agree. For J > S the law
+// overshoots, and the formula is still valid.
+// Limits: one sinusoid at the input of the valve. With PI control and a sticking valve, CO is more
+// like a triangle; `loopwarden limit-cycle --grid` prints the resulting error.
 //
-// Sources: Gelb and Vander Velde, Multiple-Input Describing Functions (1968), appendix B (backlash);
-// Choudhury, Thornhill and Shah, Control Engineering Practice 13 (2005) 641-658 (stiction).
+// Sources: Gelb and Vander Velde, Multiple-Input Describing Functions (1968), appendix B
+// (backlash); Choudhury, Thornhill and Shah, Control Engineering Practice 13 (2005) 641-658
+// (stiction).
 #pragma once
 
 #include <complex>
 
 namespace loopwarden::analysis {
 
+// Return N for the dead band or for S and J, and the amplitude a, all in CO units.
 std::complex<double> backlash_describing_function(double deadband, double amplitude);
 std::complex<double> stiction_describing_function(double s, double j, double amplitude);
 

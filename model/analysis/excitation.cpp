@@ -14,23 +14,24 @@ namespace {
 constexpr std::size_t kLags = 3;
 constexpr double kFeedbackShare = 0.3;
 constexpr double kJump = 8.0;              // robust standard deviations
-constexpr std::size_t kMostRows = 50'000;  // of a long record, evenly
+constexpr std::size_t kMostRows = 50'000;  // evenly spread over a long record
 constexpr double kRunsAway = 20.0;         // times the range of CO in the record
-constexpr double kRounding = 1e-12;        // of the moves of CO, squared
-// Of switching_law().
+constexpr double kRounding = 1e-12;        // share of the squared moves of CO
+// For switching_law():
 constexpr double kMostMoving = 0.5;         // share of the rows in which CO moves
 constexpr std::size_t kFewestSwitches = 8;  // up, and as many down
-constexpr double kOnTime = 0.9;  // share of the switches within kRowsOff of what the law says
+constexpr double kOnTime = 0.9;             // share of the switches within kRowsOff rows of the law
 constexpr std::size_t kRowsOff = 2;
-constexpr double kApart = 0.97;       // of pairs of an up and a down move: PV is lower at the first
+// share of pairs of an up and a down move with PV lower at the first
+constexpr double kApart = 0.97;
 constexpr double kLeastMoving = 0.3;  // share of the rows beyond the gap in which CO moves
-// Of goes_on_the_same_way(): correlations of CO's moves with those of PV before and after.
+// For goes_on_the_same_way(): correlations of the moves of CO with those of PV before and after.
 constexpr double kSameWay = 0.5;
 constexpr double kSomeWay = 0.1;
-// Of answers_set_point().
+// For answers_set_point():
 constexpr std::size_t kFewestSetPoints = 3;
 constexpr double kAnswered = 0.8;  // share of SP's moves that CO follows within kRowsOff rows
-constexpr double kByChance = 0.4;  // at most so many would be followed by chance
+constexpr double kByChance = 0.4;  // largest share that would be followed by chance
 
 bool moves(std::span<const double> column) {
   return std::any_of(column.begin(), column.end(), [&](double v) { return v != column.front(); });
@@ -47,7 +48,7 @@ struct Regression {
   Eigen::VectorXd left;
 };
 
-// What the move of CO at k may follow from: 1, a, c where SP moves, b.
+// Returns the terms of the law for the move of CO at k: those of m, a, c (if SP moves) and b.
 Terms terms(const LoopColumns& c, std::size_t k, bool set_point_moves) {
   const Eigen::Index of_sp = set_point_moves ? 3 : 0;
   Terms t(7 + of_sp);
@@ -103,13 +104,14 @@ std::vector<double> steps_between(const std::vector<std::size_t>& rows) {
   return steps;
 }
 
-// Whether the moves at `rows` come at the first row since the last move the other way at which `x`
-// has passed the level that it usually has then. `side`: 1 if it rises to that, -1 if it falls.
+// Returns whether the moves at `rows` are at first passages: at the first row after the last
+// opposite move at which `x` has passed their usual level. `side`: 1 if `x` rises to the level, -1
+// if it falls.
 bool at_first_passage(std::span<const double> x, const std::vector<std::size_t>& rows,
                       const std::vector<std::size_t>& others, double side) {
   std::vector<double> at;
   for (const std::size_t k : rows) at.push_back(side * x[k]);
-  // Nearly all have passed it.
+  // Nearly all moves are beyond this level.
   const double level = numeric::quantile(at, 0.1);
   std::size_t on_time = 0;
   std::size_t count = 0;
@@ -125,7 +127,7 @@ bool at_first_passage(std::span<const double> x, const std::vector<std::size_t>&
 }
 
 bool switches_at_levels(std::span<const double> x, const Moves& moves) {
-  // A clock switches after equal times, whatever PV does.
+  // A clock switches after equal times, independent of PV.
   const auto clocked = [](const std::vector<std::size_t>& a, const std::vector<std::size_t>& b) {
     std::vector<double> lengths;
     for (const std::size_t k : a) {
@@ -135,7 +137,7 @@ bool switches_at_levels(std::span<const double> x, const Moves& moves) {
     return spread(std::move(lengths)) <= static_cast<double>(kRowsOff);
   };
   if (clocked(moves.up, moves.down) && clocked(moves.down, moves.up)) return false;
-  // Of a controller that switches up where PV is low, or where it is high.
+  // The controller switches up at a low PV, or at a high PV.
   for (const double side : {1.0, -1.0}) {
     if (at_first_passage(x, moves.down, moves.up, side) &&
         at_first_passage(x, moves.up, moves.down, -side)) {
@@ -165,8 +167,8 @@ bool pulses_follow(const LoopColumns& c, std::span<const double> x, const Moves&
   return find_feedback({.co = on, .pv = pv, .sp = {}, .automatic = {}}).closed;
 }
 
-// Of the rows in which `x` is at least as far to one side as in most of the moves there, the share
-// in which CO moves.
+// Returns the share of rows in which CO moves, among the rows with `x` beyond its median in `moves`
+// on that side.
 double moving_share(std::span<const double> x, const std::vector<std::size_t>& moves, double side) {
   std::vector<double> at;
   for (const std::size_t k : moves) at.push_back(side * x[k]);
@@ -176,8 +178,8 @@ double moving_share(std::span<const double> x, const std::vector<std::size_t>& m
          static_cast<double>(std::max<std::ptrdiff_t>(rows, 1));
 }
 
-// Nearly all up moves at a lower PV than nearly all down moves, or the reverse, and CO moves as
-// long as PV is there.
+// Returns whether nearly all up moves are at a lower PV than nearly all down moves, or the reverse.
+// CO must move as long as PV is on that side.
 bool moves_by_side(std::span<const double> x, const Moves& moves) {
   std::vector<double> down;
   for (const std::size_t k : moves.down) down.push_back(x[k]);
@@ -199,7 +201,7 @@ bool moves_by_side(std::span<const double> x, const Moves& moves) {
   return share > kApart || share < 1.0 - kApart;
 }
 
-// Whether CO moves when SP has moved.
+// Returns whether CO moves after moves of SP.
 bool answers_set_point(const LoopColumns& c) {
   const auto moves_within = [&](std::size_t k) {
     const std::size_t end = std::min(k + kRowsOff + 1, c.co.size());
@@ -220,8 +222,8 @@ bool answers_set_point(const LoopColumns& c) {
          by_chance < kByChance * static_cast<double>(c.sp.size());
 }
 
-// Whether PV moves before a move of CO, in a CO that mostly rests, the way it goes on after it:
-// then PV answers to CO, which is logged too late, and CO doesn't act against PV.
+// Returns whether PV moves in the same direction before and after the moves of a mostly constant
+// CO. In that case PV responds to CO, which is logged too late, and CO doesn't act against PV.
 bool goes_on_the_same_way(const LoopColumns& c) {
   double moves = 0.0;
   double du2 = 0.0, before2 = 0.0, after2 = 0.0, with_before = 0.0, with_after = 0.0;
@@ -289,11 +291,12 @@ Feedback find_feedback(const LoopColumns& c) {
   Eigen::VectorXd u(n);
   for (Eigen::Index r = 0; r < n; ++r) {
     const std::size_t k = rows[static_cast<std::size_t>(r) * every];
-    // Of differences from the value before, so that levels don't drown what is asked.
+    // Differences from the previous value keep large levels from hiding the law.
     u(r) = c.co[k] - c.co[k - 1];
     columns.row(r) = terms(c, k, f.set_point_moves).transpose();
   }
-  // What jumps is left out of the law: a set point that is not in the record, a hand.
+  // Rows with jumps are left out of the law: a set point that is not in the record, or a manual
+  // move.
   Regression with = regress(columns, u);
   std::vector<double> sizes;
   for (const double left : with.left) sizes.push_back(std::abs(left));
@@ -309,7 +312,7 @@ Feedback find_feedback(const LoopColumns& c) {
   const double before = without.left.squaredNorm();
   const Eigen::Index free = calm_u.size() - columns.cols();
   if (free > 0 && before > kRounding * u.squaredNorm()) {
-    // Three terms explain something of any few rows: of the variances, not of the sums.
+    // With few rows, three terms always explain a share of the sums, so the variances are compared.
     const double left =
         law.left.squaredNorm() / before * static_cast<double>(free + 3) / static_cast<double>(free);
     f.explained = std::clamp(1.0 - left, 0.0, 1.0);

@@ -1,31 +1,38 @@
 // SPDX-License-Identifier: Apache-2.0
-// Was CO moved by a controller, and what moved it from outside?
+// Finds out whether a controller moved CO, and which moves of CO had an external cause.
 //
-//   u(k) = a1 u(k-1) + a2 u(k-2) + a3 u(k-3) + b0 y(k) + b1 y(k-1) + b2 y(k-2) + c0 sp(k) + ... + c2 sp(k-2) + m + n(k)
+//   u(k) = a1 u(k-1) + a2 u(k-2) + a3 u(k-3) + b0 y(k) + b1 y(k-1) + b2 y(k-2)
+//          + c0 sp(k) + c1 sp(k-1) + c2 sp(k-2) + m + n(k)
 //
-// by least squares over the samples in automatic. Closed: the record's mode says so, or the terms in y explain
-// a good part (0.3) of what u's own past and SP leave. In open loop they explain next to nothing: y(k) follows
-// from u, not u from y. Rows in which CO only rests explain nothing, however exact the log is. If
-// PV moves before CO's steps the way it goes on after them, CO is logged too late, and no
-// controller acts against PV.
+// The law is fitted by least squares over the samples in automatic. The loop is closed if the mode
+// of the record is automatic. Without a mode it is closed if the terms in y explain a good part
+// (0.3) of the variance that the past of u and SP leave, or if CO moves after the moves of SP. In
+// open loop they explain almost no variance, because y follows from u, not u from y. Rows with a
+// constant CO don't count as explained, however exact the log is. If PV moves in the same direction
+// before and after a step of CO, CO is logged too late, and no controller acts against PV.
 //
-// A controller with rests has no such law. switching_law() recognises three by when CO moves:
-//   two levels  CO switches at the first row at which PV has passed a level, and not by the clock
-//   pulses      CO is switched on at equal times; PV sets the share of the cycle that it is on
-//   gap action  CO moves up only where PV is low and down only where it is high (or SP - PV)
+// A controller that mostly keeps CO constant has no such law. switching_law() recognises three
+// kinds by the times at which CO moves:
+//   two levels  CO switches at the first row after PV has passed a level, and not at fixed times
+//   pulses      CO is switched on at equal times; PV sets the on-share of the cycle
+//   gap action  CO moves up only while PV (or SP - PV) is low, and down only while it is high
 //
-// What comes from outside, in closed loop, is what SP brings in through c (and CO moved by hand); without a column
-// sp, the jumps in n: beyond eight of its robust standard deviations. outside_output() runs the loop of this
-// law and a process under nothing else: the part of CO that tells something of the process whatever the load is.
+// External moves in closed loop are the moves of SP, through c, and manual moves of CO. Without a
+// column sp they are the jumps in n, beyond eight robust standard deviations of n. outside_output()
+// runs the loop of this law and a process with only these moves. The result is the part of CO that
+// identifies the process, whatever the disturbance is.
 //
-// Rows are those in which the controller acts: of a record that is faster, every n-th (identification.cpp).
+// Rows are the samples in which the controller acts: every n-th sample of a faster record
+// (identification.cpp).
 //
-// Errors: none. What it can't do: other controllers that are far from linear; slow hands on a
-// manual valve that follow PV; a switching controller whose record repeats exactly is taken for a
-// clock, as nothing moved it from outside.
+// Errors: no exceptions.
+// Limits: no other controllers that are far from linear; no operator who slowly moves a manual
+// valve after PV. A switching controller with an exactly repeating record counts as a clock,
+// because it has no external moves.
 //
-// Source: Söderström, Gustavsson and Ljung, Int. J. Control 21 (1975) (identifiability in closed loop); Van den Hof and
-// Schrama, Automatica 29 (1993) (two stages: CO as the set point alone would have it).
+// Source: Söderström, Gustavsson and Ljung, Int. J. Control 21 (1975) (identifiability in closed
+// loop); Van den Hof and Schrama, Automatica 29 (1993) (two stages: CO as the set point alone would
+// have it).
 #pragma once
 
 #include <array>
@@ -41,38 +48,41 @@ namespace loopwarden::analysis {
 // Columns of one length, without gaps; `sp` and `automatic` may be empty.
 struct LoopColumns {
   std::span<const double> co, pv, sp;
-  std::span<const double> automatic;  // 1 where a controller moved CO, 0 by hand
+  std::span<const double> automatic;  // 1: a controller moved CO, 0: manual
 };
 
+// The law of the controller.
 struct Feedback {
   bool closed = false;
-  bool by_mode = false;    // the record's mode says that it is closed
-  double explained = 0.0;  // by PV, of what CO's own past and SP leave, 0 to 1
+  bool by_mode = false;    // `closed` follows from the mode of the record
+  double explained = 0.0;  // by PV: share of the variance that the past of CO and SP leave
   bool set_point_moves = false;
   std::array<double, 3> own{};    // a
   std::array<double, 3> of_pv{};  // b
   std::array<double, 3> of_sp{};  // c
-  std::vector<double> jumps;      // n where it jumps, CO units; empty where SP is known
+  std::vector<double> jumps;      // the jumps of n, otherwise 0, CO units; empty if SP is known
 };
 
+// Returns the fitted law of the controller and whether the loop is closed.
 Feedback find_feedback(const LoopColumns& columns);
 
 enum class SwitchingLaw : std::uint8_t { none, two_levels, pulses, gap_action };
 const char* to_text(SwitchingLaw law) noexcept;
+// Returns the law of a switching controller, or `none`.
 SwitchingLaw switching_law(const LoopColumns& columns);
 
-// CO as what comes from outside alone would have moved it, from 0. Empty where that loop runs away: the law found
-// is none that could have controlled this process.
+// Returns the CO that only the external moves would cause, as a deviation from 0, CO units. It is
+// empty if that loop is unstable, because such a law can't have controlled this process.
 std::vector<double> outside_output(const LoopColumns& columns, const Feedback& feedback,
                                    const plant::ProcessParameters& process, double period_s);
 
-// Gains of u = kp e + ki integral(e), e = SP - PV, by least squares on the differences of CO; their sign is that
-// of the controller's action. Without SP a constant one is found with them.
+// Gains of u = kp e + ki integral(e), e = SP - PV, by least squares on the differences of CO. Their
+// sign is that of the controller's action. Without SP a constant set point is estimated, too.
 struct PiGains {
   double kp = 0.0;         // CO units/PV unit
   double ki = 0.0;         // CO units/(PV unit s)
-  double explained = 0.0;  // share of the moves of CO, 0 to 1
-  double set_point = 0.0;  // PV units, where SP was not given
+  double explained = 0.0;  // explained share of the moves of CO, 0 to 1
+  double set_point = 0.0;  // PV units, the estimate if SP is not given
 };
 PiGains find_pi_gains(const LoopColumns& columns, double period_s);
 

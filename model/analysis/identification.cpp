@@ -18,21 +18,22 @@ using Values = std::vector<double>;
 
 constexpr std::size_t kFewestSamples = 30;
 constexpr std::size_t kMostSamples = 20'000;
-constexpr double kMostOutsideMargin = 0.2;  // of the gain
-constexpr double kSpanOverBand = 4.0;       // of CO's range over the band of a cycle, at least
+constexpr double kMostOutsideMargin = 0.2;  // share of the gain
+constexpr double kSpanOverBand = 4.0;       // least ratio of the range of CO to the band of a cycle
 constexpr double kMostFactor = 2.0;         // from the gain to the ends of its interval
-constexpr double kSamplesALag = 20.0;       // a thinned record keeps
-constexpr double kHalf = 0.5;  // of what a straight line leaves, and of what another fit leaves
-constexpr std::size_t kMostLate = 3;  // samples, of CO in the log
-constexpr double kFarBetter = 0.8;    // of the sum of squares
-constexpr double kSlowLogging = 3.0;  // periods: shorter lags are unsure by a factor of kLagFactor
+constexpr double kSamplesALag = 20.0;       // samples per lag that a thinned record keeps
+constexpr double kHalf = 0.5;         // share of the error of a straight line, or of another fit
+constexpr std::size_t kMostLate = 3;  // samples, delay of CO in the log
+constexpr double kFarBetter = 0.8;    // share of the sum of squares
+// periods: shorter lags are uncertain by a factor of kLagFactor
+constexpr double kSlowLogging = 3.0;
 constexpr double kLagFactor = 2.0;
 constexpr double kBentGain = 1.5;     // from one end of the travel to the other
-constexpr double kBentLeaves = 0.25;  // of what one gain leaves, squared
+constexpr double kBentLeaves = 0.25;  // share of the squared error of one gain
 
 std::string number(double value, int digits = 6) { return numeric::text("%.*g", digits, value); }
 
-// Gaps closed by the value before, at the start by the first there is.
+// Fills gaps with the previous value, and a gap at the start with the first value.
 Values closed_up(std::span<const double> column) {
   Values out(column.begin(), column.end());
   const auto first =
@@ -47,14 +48,15 @@ Values closed_up(std::span<const double> column) {
 
 struct Columns {
   Values co, pv, sp, automatic;  // without gaps
-  Values measured;               // PV as it is
+  Values measured;               // PV with its gaps
   double period_s = 0.1;
 
   std::size_t size() const noexcept { return co.size(); }
 };
 
-// The columns where the controller acts: a record may be faster than the controller, or CO be sent only where it has
-// moved enough. Every row where CO moves in most of them.
+// The columns at the samples in which the controller acts. A record may be faster than the
+// controller, or CO may be sent only after it has moved enough. If CO moves in most samples, every
+// sample is used.
 struct ControllerRows {
   Values co, pv, sp, automatic;
   std::size_t first = 0;  // sample
@@ -62,7 +64,7 @@ struct ControllerRows {
   double period_s = 0.1;
 
   LoopColumns loop() const { return {.co = co, .pv = pv, .sp = sp, .automatic = automatic}; }
-  // Of one value for each row, as long as the record.
+  // Returns a column of `samples` values from one value per row.
   Values held(const Values& of_rows, std::size_t samples) const {
     Values out;
     for (std::size_t k = 0; k < samples; ++k) {
@@ -101,7 +103,7 @@ Columns columns_of(const IdentificationRecord& record) {
 }
 
 ControllerRows controller_rows(const Columns& c) {
-  constexpr std::size_t kFewestMoves = 60;  // fewer, by hand perhaps, tell of no period
+  constexpr std::size_t kFewestMoves = 60;  // fewer moves, perhaps manual ones, show no period
   std::vector<std::size_t> moved;
   for (std::size_t k = 1; k < c.size(); ++k) {
     if (c.co[k] != c.co[k - 1]) moved.push_back(k);
@@ -139,7 +141,7 @@ double mean_of(const Values& column, std::size_t from, std::size_t to) {
   return count > 0 ? sum / static_cast<double>(count) : std::nan("");
 }
 
-// CO as the mean over each of its blocks; PV as the mean around the moment where the block begins.
+// CO is the mean over each block; PV is the mean around the beginning of the block.
 Values thinned_co(const Values& co, const SamplesUsed& used) {
   if (used.thinned == 1) {
     return {co.begin() + static_cast<std::ptrdiff_t>(used.from),
@@ -163,7 +165,7 @@ Values thinned_pv(const Values& pv, const SamplesUsed& used) {
   return out;
 }
 
-// The deviation of CO as the search takes it, PV less its mean.
+// Returns the samples for the fit: CO minus its first value, PV minus its mean.
 Samples samples_of(const Columns& c, const SamplesUsed& used) {
   Samples s{.u = thinned_co(c.co, used),
             .y = thinned_pv(c.measured, used),
@@ -178,7 +180,7 @@ Samples samples_of(const Columns& c, const SamplesUsed& used) {
   return s;
 }
 
-// The stretch of `length` samples in which the column moves most.
+// Returns the first sample of the stretch of `length` samples in which the column moves most.
 std::size_t busiest(const Values& column, std::size_t length) {
   Values travel{0.0};
   for (std::size_t k = 1; k < column.size(); ++k) {
@@ -200,19 +202,19 @@ SamplesUsed choose_samples(const Columns& c, const Feedback& feedback,
                            std::vector<std::string>& notes) {
   SamplesUsed used{.from = 0, .thinned = 1, .count = c.size()};
   if (c.size() <= kMostSamples) return used;
-  // How slow the process is: from the whole record, thinned as far as it goes.
+  // The time constant of the process, from the whole record with the strongest thinning.
   used.thinned = (c.size() + kMostSamples / 4 - 1) / (kMostSamples / 4);
   used.count = c.size() / used.thinned;
   const PredictionFit rough = start_fit(samples_of(c, used), false);
   const double rough_s = rough.time_constant_s;
   double longest = rough_s / (kSamplesALag * c.period_s);
-  // What the controller does within a thinned sample must not reach PV within it.
+  // Moves of the controller within a thinned sample must not reach PV within this sample.
   if (feedback.closed) longest = std::min(longest, rough.dead_time_s / (2.0 * c.period_s));
   const auto most = static_cast<std::size_t>(std::max(1.0, longest));
   used.thinned = std::min((c.size() + kMostSamples - 1) / kMostSamples, most);
   if (used.thinned > 1) {
     notes.push_back("thinned: means of " + std::to_string(used.thinned) +
-                    " samples, the process is slow against them");
+                    " samples, because the process is slow");
   }
   used.count = c.size() / used.thinned;
   if (used.count <= kMostSamples) return used;
@@ -221,8 +223,9 @@ SamplesUsed choose_samples(const Columns& c, const Feedback& feedback,
   used.from = busiest(by_set_point ? c.sp : c.co, kMostSamples * used.thinned);
   const double from_s = static_cast<double>(used.from) * c.period_s;
   const double length_s = static_cast<double>(used.count * used.thinned) * c.period_s;
-  notes.push_back("cut to where " + std::string(by_set_point ? "SP" : "CO") + " moves most: from " +
-                  number(from_s) + " s to " + number(from_s + length_s) + " s of the record");
+  notes.push_back("cut to the stretch in which " + std::string(by_set_point ? "SP" : "CO") +
+                  " moves most: from " + number(from_s) + " s to " + number(from_s + length_s) +
+                  " s of the record");
   return used;
 }
 
@@ -239,7 +242,7 @@ ProcessFit described(const Samples& s, const PredictionFit& fit, const Intervals
   const auto n = static_cast<double>(s.used);
   out.prediction_rms = std::sqrt(fit.sum_squares / n);
   out.free_run = free_run(s, fit);
-  // The noise model knows no level of its own: the free run's is the mean of what is left.
+  // The noise model has no level, so the level of the free run is the mean of the error.
   double left = 0.0;
   for (std::size_t k = 0; k < s.size(); ++k) {
     if (std::isfinite(s.y[k])) left += (s.y[k] - out.free_run[k]) / n;
@@ -256,7 +259,7 @@ ProcessFit described(const Samples& s, const PredictionFit& fit, const Intervals
   return out;
 }
 
-// The process behind the valve of a limit cycle, as a fit of one lag.
+// Returns the process of a limit cycle, after its valve, as a fit of one lag.
 ProcessFit behind_valve(const StickingCycle& cycle) {
   ProcessFit fit;
   fit.gain = cycle.gain;
@@ -271,7 +274,7 @@ ProcessFit behind_valve(const StickingCycle& cycle) {
   return fit;
 }
 
-// Why the gain's interval gives no number; empty: it does.
+// Returns the reason why the interval of the gain is too wide, or an empty text.
 std::string too_wide(const Estimate& gain) {
   const double near = std::min(std::abs(gain.low), std::abs(gain.high));
   const double far = std::max(std::abs(gain.low), std::abs(gain.high));
@@ -283,7 +286,7 @@ std::string too_wide(const Estimate& gain) {
          " (95 %): too wide for a model.";
 }
 
-// What a straight line through PV leaves, rms.
+// Returns the rms error of a straight line through PV.
 double left_by_line(const Samples& s) {
   double n = 0.0, x = 0.0, y = 0.0, xx = 0.0, xy = 0.0, yy = 0.0;
   for (std::size_t k = 0; k < s.size(); ++k) {
@@ -301,7 +304,7 @@ double left_by_line(const Samples& s) {
   return std::sqrt(std::max(0.0, (yy - y * y / n - slope * (xy - x * y / n)) / n));
 }
 
-// Of the free run, less its mean.
+// Returns the rms error of the free run around its mean.
 double free_run_rms(const Samples& s, const PredictionFit& fit) {
   const Values run = free_run(s, fit);
   double n = 0.0, sum = 0.0, squares = 0.0;
@@ -321,13 +324,14 @@ Samples with_co_earlier(const Samples& s, std::size_t samples) {
   return out;
 }
 
-// By how many samples CO is logged too late: PV answers no sooner than in the row after CO's move.
+// Returns the number of samples by which CO is logged too late. PV can respond at the earliest in
+// the row after the move of CO.
 std::size_t late_samples(const Samples& s) {
   double least = kFarBetter * start_fit(s, false).sum_squares;
   std::size_t late = 0;
   for (std::size_t by = 1; by <= kMostLate; ++by) {
     const PredictionFit fit = start_fit(with_co_earlier(s, by), false);
-    // Further back it would be a dead time.
+    // A larger shift would count as dead time.
     if (!(fit.sum_squares < least)) continue;
     least = kFarBetter * fit.sum_squares;
     late = by;
@@ -335,7 +339,8 @@ std::size_t late_samples(const Samples& s) {
   return late;
 }
 
-// `fit` beside the noise that its own form leaves: what one lag left may have looked like noise.
+// Returns `fit` with the noise order that suits its form: the error of one lag may have looked like
+// noise.
 PredictionFit with_own_noise(const Samples& s, const PredictionFit& fit) {
   PredictionFit best = fit;
   for (std::size_t order = 0; order < fit.noise.order(); ++order) {
@@ -345,7 +350,8 @@ PredictionFit with_own_noise(const Samples& s, const PredictionFit& fit) {
   return best;
 }
 
-// Two lags, integrating, integrating with a lag, beside the noise of `base`.
+// Returns `base` and the fits of two lags, integrating, and integrating with a lag, with the noise
+// order of `base`.
 std::vector<PredictionFit> all_forms(const Samples& s, const PredictionFit& base) {
   std::vector<PredictionFit> fits{base, with_own_noise(s, with_second_lag(s, base))};
   PredictionFit integrating = start_fit(s, true);
@@ -363,7 +369,7 @@ std::size_t least_criterion(const std::vector<PredictionFit>& fits) {
   return static_cast<std::size_t>(least - fits.begin());
 }
 
-// By how much an interval is too narrow where the errors hang together from sample to sample.
+// Returns the factor by which an interval is too narrow if successive errors are correlated.
 double widening(const Samples& s, const PredictionFit& fit) {
   const Values e = innovations(s, fit);
   double squares = 0.0, products = 0.0;
@@ -389,7 +395,8 @@ Intervals widened(Intervals i, double by) {
   return i;
 }
 
-// Lags of about a sampling period: what CO does between two samples is not in the record.
+// Widens the intervals for lags of about a sampling period: the record has no information about CO
+// between samples.
 void allow_for_slow_logging(Intervals& i, double period_s) {
   for (Estimate* lag : {&i.time_constant_s, &i.second_lag_s}) {
     lag->low = std::min(lag->low, lag->value / kLagFactor);
@@ -442,7 +449,7 @@ Identification by_outside_moves(const Columns& c) {
       out.closed_loop = true;
       out.by_mode = feedback.by_mode;
       out.reason = "The loop is closed by a controller that is not linear: " + by_switching(law) +
-                   ". What CO does to PV can't be separated from what moved PV otherwise.";
+                   ". The effect of CO on PV can't be separated from other causes.";
       out.settle = kStepByHand;
       return out;
     }
@@ -453,9 +460,9 @@ Identification by_outside_moves(const Columns& c) {
       std::any_of(c.automatic.begin(), c.automatic.end(), [](double v) { return v == 0.0; });
   if (feedback.closed && !c.sp.empty() && !feedback.set_point_moves && !by_hand) {
     out.reason =
-        "The loop is closed and SP never moves: CO only follows PV, and what CO does to PV can't "
-        "be "
-        "told from the load.";
+        "The loop is closed and SP never moves: CO only follows PV, so the effect of CO on PV "
+        "can't be "
+        "distinguished from a disturbance.";
     out.settle = kStepIt;
     return out;
   }
@@ -467,11 +474,11 @@ Identification by_outside_moves(const Columns& c) {
       out.late = late * out.used.thinned;
       out.notes.push_back("CO is logged " + std::to_string(late) + " sample" +
                           (late > 1 ? "s" : "") +
-                          " too late against PV: it was taken back by as much");
+                          " too late against PV: it was shifted back by as much");
     }
   }
 
-  // The noise order by the simplest form, then the other forms beside that noise.
+  // The simplest form determines the noise order for the other forms.
   PredictionFit base = start_fit(s, false);
   for (std::size_t order = 0; order <= kMostNoiseOrder; ++order) {
     if (order == 1) continue;
@@ -502,7 +509,7 @@ Identification by_outside_moves(const Columns& c) {
   if (slow_logging) {
     out.notes.push_back("the time constant is about the sampling period of " +
                         number(s.period_s, 4) +
-                        " s: what CO does between two samples is not in the record, and the "
+                        " s: the moves of CO between two samples are not in the record, and the "
                         "intervals of the lags and of the dead time allow for it");
   }
   std::vector<Intervals> intervals;
@@ -548,14 +555,14 @@ Identification by_outside_moves(const Columns& c) {
   out.outside_margin = 1.96 * error / std::abs(chosen.gain.value);
   if (!(out.outside_margin <= kMostOutsideMargin)) {
     const char* const moved =
-        !feedback.closed ? "What moved CO"
+        !feedback.closed ? "The movement of CO"
         : c.sp.empty()
-            ? "The loop is closed, SP is not in the record, and what moved CO from outside"
-            : "The loop is closed, and what SP moved";
+            ? "The loop is closed, SP is not in the record, and the external movement of CO"
+            : "The loop is closed, and the movement of SP";
     out.reason = std::string(moved) + " fixes the gain within +-" +
                  number(std::min(100.0 * out.outside_margin, 9999.0), 2) + " % at best: " +
                  (bent ? "no one gain fits, as " + of_opening + "."
-                       : std::string("too little against all else that moves PV."));
+                       : std::string("too little compared with the other causes that move PV."));
     out.settle = feedback.closed ? kStepIt : kStepByHand;
     return out;
   }
@@ -566,10 +573,10 @@ Identification by_outside_moves(const Columns& c) {
   }
   if (!(chosen.rmse < line)) {
     out.reason =
-        "The best model leaves " + number(chosen.rmse, 3) +
-        " PV units of PV (rms), and a straight line leaves " + number(line, 3) +
-        ": it is no model of this record. " +
-        (feedback.closed ? "CO only follows what moves PV otherwise."
+        "The best model has an error of " + number(chosen.rmse, 3) +
+        " PV units (rms), a straight line has " + number(line, 3) +
+        ": the model does not describe this record. " +
+        (feedback.closed ? "CO only follows the other causes that move PV."
                          : "PV does not follow CO, or not by one gain, lags and a dead time.");
     out.settle = feedback.closed ? kStepIt : kStepByHand;
     return out;
@@ -582,12 +589,12 @@ Identification by_outside_moves(const Columns& c) {
 
 namespace {
 
-// Returns the jump of the stem when it starts from rest: the median, and an interval from the tenth
-// to the nine tenths. A sample after the jump, the stem has also followed CO for one to two
-// samples. Nothing if the stem starts from rest too seldom.
+// Returns the jump of the stem when it starts from rest: the median, and an interval from the 10 %
+// to the 90 % quantile. One sample after the jump, the stem has also followed CO for one to two
+// samples. Empty if the stem starts from rest too seldom.
 std::optional<Estimate> slip_jump(const Values& stem, const Values& co) {
   constexpr double kNoise = 6.0;    // robust standard deviations of the stem's moves
-  constexpr double kLeast = 1e-3;   // of the stem's range
+  constexpr double kLeast = 1e-3;   // share of the stem's range
   constexpr std::size_t kRest = 3;  // samples
   constexpr std::size_t kFewestSlips = 6;
   Values moves{0.0};
@@ -623,7 +630,8 @@ std::optional<Estimate> slip_jump(const Values& stem, const Values& co) {
                   numeric::quantile(most, 0.9)};
 }
 
-// Beside a measured stem the slip is what the stem shows, and the process is what follows the stem.
+// With a measured stem, takes the slip jump from the stem and identifies the process from the stem
+// to PV.
 void take_stem(Identification& out, const Columns& c, const IdentificationRecord& record) {
   if (record.stem.size() != c.size() || std::none_of(record.stem.begin(), record.stem.end(),
                                                      [](double v) { return std::isfinite(v); })) {
@@ -632,7 +640,7 @@ void take_stem(Identification& out, const Columns& c, const IdentificationRecord
   const Values stem = closed_up(record.stem);
   if (const std::optional<Estimate> jump = slip_jump(stem, c.co)) {
     out.cycle->j = *jump;
-    out.notes.push_back("j is what the stem jumps by, from its read-back");
+    out.notes.push_back("j is the jump of the stem, from its read-back");
   }
   Columns from_stem = c;
   from_stem.co = stem;
@@ -651,7 +659,7 @@ void take_stem(Identification& out, const Columns& c, const IdentificationRecord
 }  // namespace
 
 std::optional<StaticGain> static_gain(std::span<const double> co, std::span<const double> pv) {
-  constexpr std::size_t kFewestRows = 12;  // of a rest; the last third of it counts
+  constexpr std::size_t kFewestRows = 12;  // per rest; the last third of a rest counts
   constexpr std::size_t kFewestRests = 8;
   constexpr std::size_t kFewestLevels = 5;
   std::vector<std::pair<double, double>> rests;
@@ -671,7 +679,7 @@ std::optional<StaticGain> static_gain(std::span<const double> co, std::span<cons
     if (rests[i].first > rests[i - 1].first) ++levels;
   }
   if (rests.size() < kFewestRests || levels < kFewestLevels) return std::nullopt;
-  // PV over CO by a line and by a parabola, CO from -1 to 1.
+  // A line and a parabola of PV over CO, with CO scaled to -1 to 1.
   const double middle = 0.5 * (rests.front().first + rests.back().first);
   const double half = 0.5 * (rests.back().first - rests.front().first);
   const auto n = static_cast<Eigen::Index>(rests.size());
@@ -687,7 +695,7 @@ std::optional<StaticGain> static_gain(std::span<const double> co, std::span<cons
   const Eigen::VectorXd parabola = columns.colPivHouseholderQr().solve(y);
   const double line_left = (y - columns.leftCols(2) * line).squaredNorm();
   const double parabola_left = (y - columns * parabola).squaredNorm();
-  // Through the rests of the lower and of the upper third of the travel.
+  // The slopes through the rests of the lower and of the upper third of the travel.
   const auto slope = [&](double least, double most) {
     double count = 0.0, x = 0.0, v = 0.0, xx = 0.0, xv = 0.0;
     for (const auto& [co_at, pv_at] : rests) {
@@ -729,9 +737,8 @@ Identification identify(const IdentificationRecord& record) {
   if (out.can_tell()) return out;
   out.reason = too_wide(cycle.gain);
   if (!out.can_tell()) {
-    out.reason +=
-        " The stem comes to rest after each slip, and a slip shows gain times slip jump alone: " +
-        number(cycle.gain.value * cycle.j.value, 3) + " PV units.";
+    out.reason += " The stem stops after each slip, and a slip shows only gain times slip jump: " +
+                  number(cycle.gain.value * cycle.j.value, 3) + " PV units.";
     return out;
   }
   out.settle.clear();
@@ -750,12 +757,12 @@ std::pair<double, double> assumed_range(std::span<const double> column) {
 }
 
 plant::LoopModel stem_follows_output(std::span<const double> co, double sample_time_s) {
-  constexpr double kAtOnce = 0.1;  // of a sample
+  constexpr double kAtOnce = 0.1;  // share of a sample
   plant::LoopModel model;
   model.sample_time_s = sample_time_s;
   model.process = {.gain = 1.0, .time_constant_s = kAtOnce * sample_time_s};
   const auto [low, high] = assumed_range(co);
-  model.controller.pid.gains = {.kp = 1.0};  // of no account: the measured CO counts
+  model.controller.pid.gains = {.kp = 1.0};  // not used: the measured CO counts
   model.controller.pid.output_low = model.controller.output.low = low;
   model.controller.pid.output_high = model.controller.output.high = high;
   model.transmitter.low = model.controller.set_point.low = low;
@@ -799,7 +806,7 @@ AssumedModel assumed_model(const IdentificationRecord& record, const KnownRanges
                               ", as in this record");
   }
   auto [co_low, co_high] = known.co.value_or(assumed_range(c.co));
-  if (cycle && !known.co) {  // which a band fills: the range is wider than what was used
+  if (cycle && !known.co) {  // the band fills the used range, so the true range is wider
     const double more = std::max(0.0, kSpanOverBand * cycle->s.value - (co_high - co_low)) / 2.0;
     co_low -= more;
     co_high += more;
@@ -811,7 +818,7 @@ AssumedModel assumed_model(const IdentificationRecord& record, const KnownRanges
   model.transmitter.high = model.controller.set_point.high = pv_high;
   const auto say_range = [&](const char* signal, double low, double high, bool told) {
     out.assumptions.push_back(signal + (" runs from " + number(low)) + " to " + number(high) +
-                              (told ? ", as it was told" : ""));
+                              (told ? ", as given" : ""));
   };
   say_range("CO", co_low, co_high, known.co.has_value());
   say_range("PV", pv_low, pv_high, known.pv.has_value());
@@ -834,8 +841,8 @@ AssumedModel assumed_model(const IdentificationRecord& record, const KnownRanges
   } else {
     model.controller.pid.gains = {.kp = 1.0 / std::max(std::abs(best.gain.value), 1e-9)};
     out.assumptions.emplace_back(
-        "controller: not known; only the measured CO counts, and a proportional one stands in its "
-        "place");
+        "controller: unknown; only the measured CO counts, and a proportional controller "
+        "replaces it");
   }
   out.assumptions.emplace_back("valve: no effect at all");
   out.model = std::move(model);
@@ -857,7 +864,7 @@ Tangent tangent_method(std::span<const double> co, std::span<const double> pv,
     }
   }
   if (travel > 1.05 * largest) {
-    throw IdentificationError("the tangent needs a record with one step of CO, and nothing else");
+    throw IdentificationError("the tangent needs a record with one step of CO and no other move");
   }
   const auto mean = [&](std::size_t from, std::size_t to) {
     const double value = mean_of(c.measured, from, to);

@@ -17,15 +17,16 @@ using Complex = std::complex<double>;
 constexpr std::size_t kFrequencies = 1500;
 constexpr std::size_t kAmplitudes = 400;
 constexpr double kLargest = 200.0;  // times the least amplitude
-// Of the amplitude beyond the least, over the least. With a small slip jump a cycle may lie this near.
+// The smallest relative excess of the amplitude over the least amplitude. With a small slip jump a
+// cycle can be this near.
 constexpr double kNearest = 1e-8;
-// What rounding leaves of it there is 1e-8 of it.
+// At this excess, rounding causes a relative error of 1e-8.
 constexpr double kConverged = 1e-7;
 constexpr int kNewtonSteps = 60;
 
 double cross(Complex a, Complex b) { return a.real() * b.imag() - a.imag() * b.real(); }
 
-// Whether the pieces from a to b and from c to d meet.
+// Returns whether the line segments from a to b and from c to d intersect.
 bool meet(Complex a, Complex b, Complex c, Complex d) {
   const double determinant = cross(b - a, d - c);
   if (determinant == 0.0) return false;
@@ -38,8 +39,9 @@ Complex critical(const ValveNonlinearity& valve, double amplitude) {
   return -1.0 / valve.describing_function(amplitude);
 }
 
-// Newton on w and the amplitude beyond the least, by their logarithms: -1/N begins as a square root of it.
-// From where two pieces met; nothing where it leaves.
+// Refines an intersection of two segments by Newton's method. The unknowns are the logarithms of w
+// and of the excess of the amplitude, because -1/N begins as a square root of the excess. Returns
+// an empty result if the iteration diverges.
 std::optional<LimitCycle> refined(const LinearLoop& loop, const ValveNonlinearity& valve, double w,
                                   double a) {
   constexpr double kStep = 1e-6;
@@ -98,7 +100,7 @@ bool is_valve_nonlinearity(std::string_view effect) noexcept {
 
 std::vector<CriticalPoint> critical_locus(const ValveNonlinearity& valve, double times,
                                           std::size_t count) {
-  // Denser where it begins: a - a0 grows geometrically.
+  // The points are denser at the beginning: a - a0 grows geometrically.
   std::vector<CriticalPoint> points;
   const double least = valve.least_amplitude();
   for (std::size_t i = 0; i < count; ++i) {

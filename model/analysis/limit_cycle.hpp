@@ -3,22 +3,24 @@
 //
 //   L(jw) N(a) = -1     L of loop_frequency.hpp, N of describing_function.hpp
 //
-// A cycle with amplitude a of CO and frequency w is where the Nyquist curve meets -1/N(a). It is stable
-// where -1/N, for growing a, leaves to the left of L for growing w (Loeb). PV's amplitude is
-// a |N(a)| |G(jw)|.
+// The intersections of the Nyquist curve with -1/N(a) are cycles with the amplitude a of CO and the
+// frequency w. A cycle is stable if -1/N, for growing a, leaves to the left of L for growing w
+// (Loeb). The amplitude of PV is a |N(a)| |G(jw)|.
 //
-// Where it says none: with a slip jump J, -1/N begins on the negative imaginary axis at pi S/(4 J) and stays left
-// of it. A Nyquist curve that crosses this axis from the right, as that of a PI loop with Ti > T + L does, misses
-// -1/N if it crosses nearer to 0 than that (AxisReach); one that comes from the left (Ti < T + L) meets it. The loop
-// may cycle all the same: while the stem is stuck off the set point, CO ramps until it has crossed S, and the
-// stem jumps by J. CO is then a long triangle with the steps of the P action, and no sinusoid. With backlash
-// (J = 0) -1/N begins at infinity.
+// A loop can cycle although no cycle is predicted. With a slip jump J, -1/N begins on the negative
+// imaginary axis at pi S/(4 J) and stays left of it. The Nyquist curve of a PI loop with Ti > T + L
+// crosses this axis from the right. It misses -1/N if it crosses nearer to 0 than that (AxisReach).
+// A curve from the left (Ti < T + L) meets -1/N. If there is no intersection, the loop can still
+// cycle: while the stem is stuck off the set point, CO ramps until it has crossed S, and the stem
+// jumps by J. CO is then a long triangle with the steps of the P action, not a sinusoid. With
+// backlash (J = 0) -1/N begins at infinity.
 //
-// What it can't do: it takes CO for a sinusoid and sees no second nonlinearity (limits, resolution).
-// How far it is off is printed by `loopwarden limit-cycle --grid`.
+// Limits: CO counts as a sinusoid, and only one nonlinearity is considered (no limits, no
+// resolution). `loopwarden limit-cycle --grid` prints the error of the prediction.
 //
-// Sources: Gelb and Vander Velde (1968), ch. 3; Choudhury, Thornhill and Shah (2005). Olsson and Åström, IEEE
-// Trans. Control Systems Technology 9 (2001), compare such predictions with exact cycles.
+// Sources: Gelb and Vander Velde (1968), ch. 3; Choudhury, Thornhill and Shah (2005). Olsson and
+// Åström, IEEE Trans. Control Systems Technology 9 (2001), compare such predictions with exact
+// cycles.
 #pragma once
 
 #include <complex>
@@ -30,7 +32,7 @@
 
 namespace loopwarden::analysis {
 
-// The nonlinear valve; `s` is backlash's dead band where `backlash`.
+// The nonlinear valve. For backlash, `s` is the dead band.
 struct ValveNonlinearity {
   bool backlash = false;
   double s = 0.0;  // CO units
@@ -39,14 +41,16 @@ struct ValveNonlinearity {
   std::complex<double> describing_function(double amplitude) const;
   double least_amplitude() const {
     return s / 2.0;
-  }  // CO units, below which the valve stands still
+  }  // CO units, below which the valve doesn't move
 };
 
-// The valve effect that counts, of the model's own or of its scheduled faults at full severity.
+// Returns the valve effect of the model, or of its scheduled faults at full severity; empty if it
+// has no such effect.
 std::optional<ValveNonlinearity> valve_nonlinearity(const plant::LoopModel& model);
-// Whether an effect of that name is one that valve_nonlinearity() takes.
+// Returns whether valve_nonlinearity() considers effects of that name.
 bool is_valve_nonlinearity(std::string_view effect) noexcept;
 
+// A predicted cycle.
 struct LimitCycle {
   double co_amplitude = 0.0;  // CO units
   double pv_amplitude = 0.0;  // PV units
@@ -54,18 +58,21 @@ struct LimitCycle {
   bool stable = false;
 };
 
-// All cycles, by amplitude. Empty: none is predicted.
+// Returns all predicted cycles, sorted by amplitude; empty if no cycle is predicted.
 std::vector<LimitCycle> limit_cycles(const LinearLoop& loop, const ValveNonlinearity& valve);
 
-// Distances from 0 at which the Nyquist curve crosses the negative imaginary axis, coming from the right, and at
-// which -1/N begins there. loop < valve, in a stable loop: none is predicted.
+// Distances from 0 on the negative imaginary axis: of the crossing of the Nyquist curve from the
+// right, and of the beginning of -1/N. If the loop is stable and loop < valve, no cycle is
+// predicted.
 struct AxisReach {
-  double loop = 0.0;   // infinite: it comes from the left
-  double valve = 0.0;  // infinite: without a slip jump
+  double loop = 0.0;   // infinite: the curve crosses from the left
+  double valve = 0.0;  // infinite: no slip jump
 };
+// Returns both distances.
 AxisReach axis_reach(const LinearLoop& loop, const ValveNonlinearity& valve);
 
-// Points of -1/N for the drawing, from the least amplitude to `times` of it.
+// Returns `count` points of -1/N for a drawing, from the least amplitude to `times` the least
+// amplitude.
 struct CriticalPoint {
   double amplitude;  // CO units
   std::complex<double> value;

@@ -15,7 +15,7 @@ namespace {
 using Complex = std::complex<double>;
 constexpr std::size_t kScan = 4000;
 
-// Phase of b where that of a is known: without jumps.
+// Returns `phase` without a jump from the phase `before`.
 double unwrapped(double phase, double before) {
   constexpr double kTurn = 2.0 * std::numbers::pi;
   return phase - kTurn * std::round((phase - before) / kTurn);
@@ -92,7 +92,8 @@ std::vector<double> frequencies(const LinearLoop& loop, std::size_t count) {
 Margins margins(const LinearLoop& loop) {
   Margins m;
   const std::vector<double> w = frequencies(loop, kScan);
-  // Two integrators turn by half a turn at least: from there on downwards.
+  // Two integrators have a phase of at most -180 deg, so a positive start is shifted down by a
+  // turn.
   double phase = std::arg(loop.open_loop(w.front()));
   if (loop.integrating && phase > 0.0) phase -= 2.0 * std::numbers::pi;
   double size = std::abs(loop.open_loop(w.front()));

@@ -46,7 +46,7 @@ void measure_swing(std::span<const double> pv, double sample_time_s, LoopMetrics
   const double middle = (high + low) / 2.0;
   const double hysteresis = m.amplitude / 3.0;
 
-  bool armed = false;  // has been below the band since the last upward crossing
+  bool armed = false;  // PV was below the band after the last upward crossing
   std::size_t first = 0;
   std::size_t last = 0;
   std::size_t crossings = 0;

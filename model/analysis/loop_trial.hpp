@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Closed-loop runs of a loop model for comparisons: columns, and the answer to a set-point step.
+// Closed-loop runs of a loop model for comparisons: columns, and the responses to steps.
 #pragma once
 
 #include <cstddef>
@@ -16,17 +16,20 @@ struct LoopRecord {
   double sample_time_s = 0.1;   // s
 };
 
+// Runs the model in closed loop for `duration_s`, s, and returns its columns.
 LoopRecord run_model(const plant::LoopModel& model, double duration_s);
 
-// The model's loop with these gains, without valve effects, faults and noise, on a set-point step of
-// 10 % of the transmitter's range at mid range, and on a load step of -10 % of it later.
+// The response of the loop to two steps at mid range: a set-point step of 10 % of the transmitter's
+// range, then a disturbance step of -10 % of it.
 struct PredictedResponse {
-  LoopRecord record;                 // from the set-point step on
+  LoopRecord record;                 // starts at the set-point step
   StepMetrics step;                  // of the set-point step
-  double load_absolute_error = 0.0;  // integral of |SP - PV| after the load step, PV units s
-  std::size_t load_from = 0;         // sample of the load step
-  bool settles = false;              // within 5 % before the load step
+  double load_absolute_error = 0.0;  // integral of |SP - PV| after the disturbance step, PV units s
+  std::size_t load_from = 0;         // sample of the disturbance step
+  bool settles = false;              // within 5 % before the disturbance step
 };
+// Runs the model with these gains, without valve effects, faults and noise. The disturbance step is
+// at `half_duration_s`, s.
 PredictedResponse predict_response(plant::LoopModel model, const control::PidGains& gains,
                                    double half_duration_s);
 

@@ -14,7 +14,7 @@
 namespace loopwarden::analysis {
 namespace {
 
-// The way back; what is unstable is pulled in.
+// Returns atanh of the reflection coefficients of a polynomial; unstable coefficients are clamped.
 Column reflections(Column p) {
   Column k(p.size() - 1);
   for (std::size_t m = p.size() - 1; m >= 1; --m) {
@@ -38,7 +38,8 @@ struct GridPoint {
   double left = kInfinity;
 };
 
-// Least sum of squares over dead times of whole periods, for one noise model.
+// Returns the grid point with the least sum of squares over dead times of whole periods, for one
+// noise model.
 GridPoint best_of_grid(const Samples& s, bool integrating, const NoiseModel& noise) {
   const Whitener whiten(noise, s.y);
   const std::size_t n = s.size();
@@ -52,7 +53,7 @@ GridPoint best_of_grid(const Samples& s, bool integrating, const NoiseModel& noi
   const auto view = [](const Column& c, std::size_t from, std::size_t count) {
     return Eigen::Map<const Eigen::VectorXd>(c.data() + from, static_cast<Eigen::Index>(count));
   };
-  // What the level explains (and, where integrating, the slope) is taken off y.
+  // The part of y that the level (and, if integrating, the slope) explains is subtracted.
   const double ones = std::max(view(one, 0, n).squaredNorm(), 1e-300);
   const auto take_off = [&](Column& c, const Column& other, double squares) {
     auto v = Eigen::Map<Eigen::VectorXd>(c.data(), static_cast<Eigen::Index>(n));
@@ -71,7 +72,8 @@ GridPoint best_of_grid(const Samples& s, bool integrating, const NoiseModel& noi
     Column g = unit_response(
         s.u, s.period_s,
         unit_process(integrating ? ProcessForm::integrating : ProcessForm::one_lag, t, 0.0, 0.0));
-    // Missing y: the shift below would move the gaps; they are left out of the grid's sums by e = 0 in y only.
+    // The shift below would move the gaps of y, so only y has e = 0 at missing samples in the sums
+    // of the grid.
     const Whitener plain(noise, g);
     plain.run(g);
     Column squares{0.0};
@@ -91,8 +93,8 @@ GridPoint best_of_grid(const Samples& s, bool integrating, const NoiseModel& noi
   return best;
 }
 
-// Whole-period neighbours of the dead time: with a CO that jumps at every sample each period is a valley of its
-// own.
+// Returns the best fit among the neighbours of the dead time at whole periods. If CO jumps at every
+// sample, each period is a separate valley.
 PredictionFit over_neighbours(const Samples& s, PredictionFit fit) {
   const Layout layout{fit.form, fit.noise.order()};
   const Problem problem(s, layout);
@@ -118,7 +120,7 @@ const char* to_text(ProcessForm form) noexcept {
 }
 
 std::size_t PredictionFit::parameters() const noexcept {
-  // K, y0, x0 of each start, the noise's variance.
+  // K, y0, one x0 per start, and the variance of the noise.
   const std::size_t starts = is_integrating(form) ? 1 : form == ProcessForm::two_lags ? 3 : 2;
   return Layout{form, noise.order()}.size() + 3 + starts;
 }
@@ -130,7 +132,7 @@ PredictionFit refined(const Samples& samples, const PredictionFit& from) {
 }
 
 PredictionFit start_fit(const Samples& samples, bool integrating) {
-  // White, a lagging load, a wandering load under white noise.
+  // White noise, a disturbance through a lag, a wandering disturbance plus white noise.
   struct Preset {
     double pole, zero;
   };
@@ -142,7 +144,7 @@ PredictionFit start_fit(const Samples& samples, bool integrating) {
     PredictionFit start;
     start.form = integrating ? ProcessForm::integrating : ProcessForm::one_lag;
     start.time_constant_s = integrating ? 0.0 : point.t;
-    // Half a period later than the grid's, away from the edge between two valleys.
+    // Half a period later than in the grid, away from the edge between two valleys.
     start.dead_time_s = (static_cast<double>(point.delay) + 0.5) * samples.period_s;
     start.noise = noise;
     if (preset.pole == 0.0) start.noise.d[0] = std::atanh(-0.3);
@@ -159,7 +161,7 @@ PredictionFit with_noise_order(const Samples& samples, const PredictionFit& from
   start.noise = {};
   const Layout layout{from.form, order};
   if (order > 0) {
-    // v, its innovations by the model that there is, then one regression of v on both.
+    // v and its innovations from the present model, then one regression of v on both.
     const Column e = innovations(samples, from);
     const Column run = free_run(samples, from);
     Column v(samples.size(), 0.0);
@@ -191,7 +193,7 @@ PredictionFit with_noise_order(const Samples& samples, const PredictionFit& from
   const Problem problem(samples, layout);
   PredictionFit best = problem.solve(layout.x_of(start), 60);
   if (order > from.noise.order()) {
-    // Also from the lower order itself, its further roots small.
+    // A second start from the lower order, with small further coefficients.
     start.noise = from.noise;
     while (start.noise.d.size() < order) {
       start.noise.d.push_back(0.2);

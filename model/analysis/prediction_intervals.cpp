@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How sure a fit of prediction_error.hpp is.
+// The intervals of prediction_error.hpp.
 #include <Eigen/Dense>
 #include <algorithm>
 #include <array>
@@ -41,7 +41,7 @@ double gain_error_under(const Samples& samples, const PredictionFit& fit,
     whiten.run(columns[i]);
     j.col(static_cast<Eigen::Index>(i)) = Eigen::Map<const Eigen::VectorXd>(columns[i].data(), n);
   }
-  // The gain's own part: what of its column the others don't explain.
+  // The part of the gain's column that the other columns don't explain.
   const Eigen::VectorXd gain = j.col(0);
   const Eigen::MatrixXd others = j.rightCols(j.cols() - 1);
   const Eigen::VectorXd explained = others.completeOrthogonalDecomposition().solve(gain);
@@ -56,12 +56,12 @@ namespace {
 
 constexpr double kChiSquare95 = 3.841458820694124;  // one degree of freedom
 
-// How far the sum of squares rises where one quantity is held, and the fit there.
+// Returns the best fit with one quantity held at `value`, started from `from`.
 using HeldFit = std::function<PredictionFit(double value, const PredictionFit& from)>;
 
 double end_of(const HeldFit& fit_with, PredictionFit& best, double value, double step, double low,
               double high, double variance) {
-  // The root of the rise is nearly linear in the distance: regula falsi on it.
+  // The square root of the rise is nearly linear in the distance, which suits regula falsi.
   PredictionFit last = best;
   double near = value;
   double near_root = 0.0;
@@ -131,7 +131,7 @@ Intervals profile_intervals(const Samples& samples, PredictionFit& fit) {
     const double freedom =
         std::max(1.0, static_cast<double>(samples.used) - static_cast<double>(fit.parameters()));
     const double variance = std::max(fit.sum_squares / freedom, 1e-300);
-    // First steps from the curvature.
+    // The first steps follow from the curvature.
     Eigen::VectorXd r;
     (void)problem.residual(x, r);
     const Eigen::MatrixXd j = numeric::jacobian(problem.parameters(x), problem.function(), x, r);

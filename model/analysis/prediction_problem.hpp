@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The least-squares problem of prediction_error.hpp, which its sources share.
+// The least-squares problem of prediction_error.hpp, shared by its sources.
 #pragma once
 
 #include <Eigen/Dense>
@@ -21,12 +21,12 @@ using Column = std::vector<double>;
 
 inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
 inline constexpr double kMostReflection = 7.0;    // atanh: poles up to 1 - 1.7e-6
-inline constexpr double kLongestDeadTime = 0.35;  // of the record
-inline constexpr double kShortestLag = 0.05;      // of a period
-inline constexpr double kLongestLag = 20.0;       // of the record
-inline constexpr double kExact = 1e-9;            // rounding, not noise: of the spread of y
+inline constexpr double kLongestDeadTime = 0.35;  // share of the record
+inline constexpr double kShortestLag = 0.05;      // share of a period
+inline constexpr double kLongestLag = 20.0;       // times the record
+inline constexpr double kExact = 1e-9;            // share of the spread of y: rounding, not noise
 
-// 1 + p1 q^-1 + ... from reflection coefficients (Levinson).
+// Returns 1 + p1 q^-1 + ... from reflection coefficients (Levinson).
 inline Column polynomial(const Column& atanh_reflection) {
   Column p{1.0};
   for (const double raw : atanh_reflection) {
@@ -39,7 +39,7 @@ inline Column polynomial(const Column& atanh_reflection) {
   return p;
 }
 
-// D/C over a column. Where y is missing e is 0, and v what the model foresaw.
+// Filters a column with D/C. At a missing y, e is 0 and v is the prediction of the model.
 class Whitener {
  public:
   Whitener(const NoiseModel& noise, const Column& y)
@@ -110,8 +110,9 @@ inline Column decay(std::size_t samples, double period_s, double time_constant_s
   return column;
 }
 
-// What a start away from rest leaves: each lag's own decay, and another CO before the first sample,
-// through the dead time and the lags; integrating: a slope.
+// Returns the columns of a start away from rest: the decay of each lag, and the effect of another
+// CO before the first sample through the dead time and the lags. If integrating, the column is a
+// slope.
 inline std::vector<Column> start_columns(const Samples& s, ProcessForm form, double t1, double t2,
                                          double dead) {
   if (is_integrating(form)) {
@@ -129,7 +130,7 @@ inline std::vector<Column> start_columns(const Samples& s, ProcessForm form, dou
   return columns;
 }
 
-// The parameters of the search in a row: [ln T1] [ln T2] L, then the noise model.
+// The order of the search parameters: [ln T1] [ln T2] L, then the noise model.
 struct Layout {
   ProcessForm form;
   std::size_t order;
@@ -175,7 +176,7 @@ class Problem {
   Problem(const Samples& samples, Layout layout, std::optional<double> fixed_gain = std::nullopt)
       : s_(samples), layout_(layout), fixed_gain_(fixed_gain) {}
 
-  // e(x), with K, y0 and x0 solved for.
+  // Fills `r` with e(x) and returns the solved K, y0 and x0.
   Linear residual(const Column& x, Eigen::VectorXd& r) const {
     const auto noise_at = x.begin() + static_cast<std::ptrdiff_t>(layout_.noise());
     const Whitener whiten(layout_.noise_of(x), s_.y);
@@ -200,7 +201,7 @@ class Problem {
     const auto n = static_cast<Eigen::Index>(s_.size());
     using View = Eigen::Map<const Eigen::VectorXd>;
     View yv(y_.data(), n);
-    // The gain's own comes last.
+    // The column of the gain is the last one.
     std::vector<View> columns{View(level_.data(), n)};
     for (const Column& column : start) columns.emplace_back(column.data(), n);
     columns.emplace_back(g.data(), n);
@@ -286,7 +287,7 @@ class Problem {
     return fit;
   }
 
-  // Parameter `held` stays where it is.
+  // Returns the fit after least squares from `from`; the parameter `held` keeps its value.
   PredictionFit solve(const Column& from, int most_steps,
                       std::optional<std::size_t> held = std::nullopt) const {
     std::vector<numeric::Parameter> p = parameters(from);
@@ -306,9 +307,10 @@ class Problem {
   const Samples& s_;
   Layout layout_;
   std::optional<double> fixed_gain_;
-  // Of the last x: most differences move either the process or the noise model.
+  // Results for the last x, kept because most differences move either the process or the noise
+  // model.
   mutable Column process_at_, noise_at_;
-  mutable Column g_;  // as they are
+  mutable Column g_;  // not whitened
   mutable std::vector<Column> start_;
   mutable Column level_, y_;  // whitened
 };

@@ -4,7 +4,7 @@
 namespace loopwarden::analysis {
 
 double watched_s(const plant::ProcessParameters& process) noexcept {
-  // An integrating loop is slow by its rules: integral times of up to 13 dead times.
+  // The rules make an integrating loop slow: integral times are up to 13 dead times.
   if (process.integrating()) return 100.0 * process.lags_and_dead_time_s();
   return 15.0 *
          (2.0 * (process.time_constant_s + process.second_time_constant_s) + process.dead_time_s);

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tuning rules tried on a loop model: what each gives, its margins (loop_frequency.hpp) and its answer to a step of the set point
-// and of the load (loop_trial.hpp). They are watched long enough for the slowest rule: 15 (2 (T + T2) + L) each, an
-// integrating process 100 (T2 + L).
+// Tries tuning rules on a loop model: gains, margins (loop_frequency.hpp), and the responses to a
+// set-point step and to a disturbance step (loop_trial.hpp). Each run is long enough for the
+// slowest rule: 15 (2 (T + T2) + L), for an integrating process 100 (T2 + L).
 //
-// What it can't do: valve effects are left out, so is what a limit of CO does to a step of another size.
+// Limits: valve effects are left out, and so is the effect of limits of CO on steps of other sizes.
 #pragma once
 
 #include <optional>
@@ -20,7 +20,7 @@ namespace loopwarden::analysis {
 inline constexpr double kMostSensitivity = 2.0;
 
 struct RuleTrial {
-  std::optional<TuningRule> rule;  // nothing: the model's own gains, as they are
+  std::optional<TuningRule> rule;  // empty: the gains of the model
   control::PidGains gains;
   Margins margins{};
   PredictedResponse response{};
@@ -29,15 +29,17 @@ struct RuleTrial {
   bool scales() const noexcept { return !rule || scales_with_gain(*rule); }
 };
 
-// s, of each of the two steps.
+// Returns the duration of the run after each of the two steps, s.
 double watched_s(const plant::ProcessParameters& process) noexcept;
 
-// The model's own gains first, then each rule that has such a form. `filter_s`: of the derivative, where the loop has one that
-// a rule can't change.
+// Returns the trial of the model's gains, followed by one trial per rule that has the form of
+// `options`. `filter_s`: time constant of the derivative filter, s, if the loop has a filter that a
+// rule can't change.
 std::vector<RuleTrial> try_rules(const plant::LoopModel& model, const TuningOptions& options = {},
                                  std::optional<double> filter_s = {});
 
-// Of the rules that scale with the gain and leave enough margin, the one that meets a load best; null: none leaves it.
+// Returns the rule with the best response to a disturbance among those that scale with the gain and
+// leave enough margin; null if no rule leaves enough margin.
 const RuleTrial* recommended(const std::vector<RuleTrial>& trials) noexcept;
 
 }  // namespace loopwarden::analysis

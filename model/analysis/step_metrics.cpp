@@ -9,7 +9,7 @@
 namespace loopwarden::analysis {
 namespace {
 
-// First time, in samples, at which r reaches `level`.
+// Returns the first time, in samples, at which r reaches `level`.
 double first_crossing(const std::vector<double>& r, double level) {
   for (std::size_t k = 0; k < r.size(); ++k) {
     if (r[k] < level) continue;

@@ -18,29 +18,30 @@ namespace {
 using Values = std::vector<double>;
 
 constexpr std::size_t kFewestCycleSamples = 100;
-constexpr std::size_t kFewestTurns = 6;  // of CO: three cycles
+constexpr std::size_t kFewestTurns = 6;  // turns of CO: three cycles
 constexpr std::size_t kFewestStemTurns = 4;
 constexpr std::size_t kMostCycleSamples = 6000;
-constexpr double kTurnBand = 0.3;       // of CO's range, that a turn must leave
-constexpr double kStemTurnBand = 0.02;  // of the stem's
-// By hand, on the open records of examples/: of valves that don't stick the lead was below 0, or the lag as long as
-// any; of ten that do it was 86 to 764 nats in seven, below 16 in three.
+constexpr double kTurnBand = 0.3;       // share of the range of CO that a turn must exceed
+constexpr double kStemTurnBand = 0.02;  // share of the range of the stem
+// Set manually from the open records of data/. For valves that don't stick, the lead was below 0,
+// or the lag reached its upper limit. For ten valves that stick, it was 86 to 764 nats in seven
+// cases and below 16 in three.
 constexpr double kLeastLead = 30.0;  // nats
-constexpr double kLeastBand = 0.2;   // s over CO's range: a cycle is little wider than its band
+constexpr double kLeastBand = 0.2;   // s over range of CO: a cycle is little wider than its band
 constexpr double kLeastT = 1.7;      // Student's t of the lead over blocks
 constexpr double kLongestLagPlace =
-    0.95;  // of the logarithmic range searched: beyond, it is no lag
+    0.95;  // share of the searched logarithmic range: beyond it the value isn't a lag
 constexpr std::size_t kBlocks = 12;
 constexpr std::array kThetas{0.0, 0.5, 0.8, 0.92, 0.97, 0.99, 1.0};
 constexpr std::size_t kFirstTheta = 3;
-constexpr std::size_t kStarts = 6;  // of each ratio
+constexpr std::size_t kStarts = 6;  // per ratio
 constexpr double kProfile = 3.84;   // chi-squared, one degree of freedom, 95 %
 
 struct Point {
   double s, ratio, lag_s, dead_s;
 };
 
-// From 0 to 1 in each direction.
+// The search ranges; each coordinate of the search is 0 to 1.
 struct Ranges {
   double s_low, s_high, lag_low, lag_high, dead_high;
 
@@ -65,7 +66,7 @@ struct Candidate {
   double deviance;
 };
 
-// Distance of two turns of `u`, samples, and how many there are.
+// The distance of two turns of `u`, samples, and the number of turns.
 struct Turns {
   std::size_t count = 0;
   double apart = 0.0;
@@ -101,7 +102,7 @@ class Search {
     for (const double theta : kThetas) white_pv_.push_back(whitened(pv, theta));
   }
 
-  // Of kBlocks; kBlocks: none.
+  // Leaves out one of the kBlocks blocks; kBlocks: leaves out no block.
   void leave_out(std::size_t block) noexcept { left_out_ = block; }
 
   Values stem(double s, double ratio) const {
@@ -112,7 +113,7 @@ class Search {
     return x;
   }
 
-  // PV's answer to the stem at gain 1, PV at k+1 from the stem at k.
+  // Returns the response of PV to the stem at gain 1; PV at k+1 follows from the stem at k.
   Values answer(const Values& x, double lag_s, double dead_s) const {
     plant::Process process({.gain = 1.0, .time_constant_s = lag_s, .dead_time_s = dead_s},
                            period_s_);
@@ -160,7 +161,7 @@ class Search {
   double mean_co() const noexcept { return mean_co_; }
 
  private:
-  // (1 - q)/(1 - theta q) of it; at theta 1 what is left of it without its mean.
+  // Returns the column filtered by (1 - q)/(1 - theta q); if theta is 1, the column minus its mean.
   Values whitened(std::span<const double> column, double theta) const {
     Values out(column.size(), 0.0);
     if (theta == 1.0) {
@@ -195,7 +196,7 @@ std::size_t best_theta(const Search& search, const Point& p) {
   return best;
 }
 
-// Over the directions that are `free`.
+// Returns the best point of a search over the `free` directions.
 Candidate refined(const Search& search, const Ranges& ranges, Candidate from,
                   const std::vector<std::size_t>& free, int evaluations) {
   for (int round = 0; round < 2; ++round) {
@@ -228,7 +229,7 @@ Candidate refined(const Search& search, const Ranges& ranges, Candidate from,
   return from;
 }
 
-// Of the square error that the band saves, block by block.
+// Returns Student's t of the reduction of the squared error by the band, over blocks.
 double block_t(const Values& without, const Values& with, double variance) {
   Values gains(kBlocks, 0.0);
   for (std::size_t k = 0; k < with.size(); ++k) {
@@ -289,7 +290,7 @@ std::optional<StickingCycle> find_sticking_cycle(std::span<const double> whole_c
     }
   }
   const auto less = [](const Candidate& a, const Candidate& b) { return a.deviance < b.deviance; };
-  // Play and slips are different hills: from the best places of each ratio.
+  // Backlash and slips are different optima, so each ratio has starts at its best points.
   const auto best_of = [&](std::vector<Candidate>& all, const std::vector<std::size_t>& free) {
     std::sort(all.begin(), all.end(), less);
     std::vector<Candidate> reached;

@@ -8,9 +8,9 @@ namespace loopwarden::analysis {
 namespace {
 
 constexpr std::size_t kBlock = 16;        // samples
-constexpr std::size_t kStepsALength = 4;  // starts that are tried within a stretch
+constexpr std::size_t kStepsALength = 4;  // starts per length of a stretch
 
-// Of a block of samples: means, and how much of it is there.
+// The means of a block of samples and its shares of complete and automatic samples.
 struct Block {
   double output = 0.0;
   double set_point = 0.0;

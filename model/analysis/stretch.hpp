@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which part of a long record to look at: where CO and SP move, the controller is in automatic, and nothing is missing.
+// Selects the stretches of a long record to analyse: CO and SP move, the controller is in
+// automatic, and no samples are missing.
 //
-//   score = (standard deviation of CO in a stretch + that of SP, each over that of the whole record)
+//   score = (standard deviation of CO in a stretch + that of SP, each over that of the record)
 //           (share of complete samples)^2 (share in automatic)
 //
-// on means of 16 samples, so that noise is no movement. Where CO is not known PV stands for it.
-// What it can't do: tell a stretch that shows the fault from one that moves more.
+// The score uses means of 16 samples, so that noise doesn't count as movement. PV replaces an
+// unknown CO.
+// Limits: it prefers the stretch with more movement, even if another one shows the fault better.
 #pragma once
 
 #include <cstddef>
@@ -14,13 +16,15 @@
 
 namespace loopwarden::analysis {
 
-// Columns of one length, NaN where a sample is missing; `co`, `sp` and `automatic` (1 yes, 0 no) may be empty.
+// Columns of one length; NaN is a missing sample. `co`, `sp` and `automatic` (1 yes, 0 no)
+// may be empty.
 struct LongRecord {
   std::span<const double> pv, co, sp, automatic;
 };
 
-// First samples of the best stretch of `length` in each of `parts` equal parts of the record, in order; parts that have
-// nothing to show are left out. A record that is no longer than that gives 0.
+// Returns the first sample of the best stretch of `length` samples in each of `parts` equal parts
+// of the record, in order. Parts without movement are left out. The result is 0 for a record that
+// is not longer than `length`.
 std::vector<std::size_t> telling_stretches(const LongRecord& record, std::size_t length,
                                            std::size_t parts);
 

@@ -13,7 +13,7 @@
 namespace loopwarden::analysis {
 namespace {
 
-constexpr std::array kStudySizes{0.1, 0.2, 0.5, 1.0, 2.0, 5.0};  // % of the range
+constexpr std::array kStudySizes{0.1, 0.2, 0.5, 1.0, 2.0, 5.0};  // % of the output range
 constexpr int kScanPoints = 21;
 constexpr int kRampSteps = 10;
 constexpr std::array kPeriodsSeconds{64.0, 32.0, 16.0, 8.0};
@@ -27,7 +27,7 @@ std::vector<Hold> study_plan(const ValveTestSettings& s) {
   for (const double percent : kStudySizes) {
     const double size = percent / 100.0 * s.span;
     const double before = std::max(s.low, at - 0.05 * s.span);
-    // Up to the middle from below, on by the size, then back by it.
+    // Up to the middle from below, further up by the size, then back by the size.
     holds.insert(holds.end(), {{before, s.hold_s},
                                {at, s.hold_s},
                                {std::min(s.high, at + size), s.hold_s},
@@ -104,7 +104,8 @@ ValveFigures study_figures(std::span<const HeldPosition> holds, double span, dou
   return out;
 }
 
-// Branches of a scan: position at each output, up and down.
+// Returns the figures of a scan from its branches, the positions at each output on the way up and
+// down.
 ValveFigures scan_figures(std::span<const HeldPosition> holds, double span) {
   ValveFigures out;
   const std::size_t points = (holds.size() + 1) / 2;
@@ -207,7 +208,8 @@ std::vector<Hold> plan(ValveTest test, const ValveTestSettings& s) {
     case ValveTest::step_study: return study_plan(s);
     case ValveTest::static_scan: return ramp_plan(s, kScanPoints, s.hold_s);
     case ValveTest::dynamic_scan: {
-      // Ten holds' time each way, at every sample but not more than 400 points.
+      // Each direction takes the time of ten holds, with one point per sample but at most 400
+      // points.
       const double each = std::max(s.sample_time_s, 10.0 * s.hold_s / 400.0);
       return ramp_plan(s, static_cast<int>(std::max(3.0, 10.0 * s.hold_s / each)), each);
     }

@@ -1,25 +1,30 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests of a valve with the loop in manual: what CO does, and what the positions recorded then say.
+// Tests of a valve with the loop in manual: the plan of CO, and the figures from the recorded
+// positions.
 //
 //   step_change   one step up, one down: dead time, T63, T86, overshoot
-//   stepped_ramp  ten steps of 1 % up, ten down: how many the valve answers, and its worst lag behind CO
-//   step_study    at sizes of 0.1, 0.2, 0.5, 1, 2, 5 % of the range a step on in the direction of the last
-//                 move, then one back: resolution is the least size that moves the stem onwards, dead band
-//                 the least that moves it back; infinite where none does
-//   static_scan   21 points up and down, each held: hysteresis with dead band (greatest distance between
-//                 the branches in % of the range), dead band (their median distance over CO), linearity
-//   dynamic_scan  a slow ramp up and down, the valve's signature: the same, and the distance along CO
+//   stepped_ramp  ten steps of 1 % up, ten down: number of steps that the valve follows, and its
+//                 largest lag after CO
+//   step_study    for sizes of 0.1, 0.2, 0.5, 1, 2, 5 % of the range: a step in the direction of
+//                 the last move, then one back. Resolution is the least size that moves the stem in
+//                 that direction, dead band the least that moves it back; infinite if no size does
+//   static_scan   21 points up and down, each held: hysteresis with dead band (greatest distance
+//                 between the branches in % of the range), dead band (their median distance over
+//                 CO), linearity
+//   dynamic_scan  a slow ramp up and down, the signature of the valve: the same figures, and the
+//                 distance along CO
 //   sine          sines at 1/64 to 1/8 Hz about mid range: gain, and phase in degrees
 //
-// A plan is a list of outputs and how long to hold each. Every output lies within [low, high] of the
-// settings. Positions are in CO units: the read-back, or (PV - PV at the start)/gain + CO at the start.
-// A stem has moved when the mean of the last third of a hold is by more than `moved` from the one before.
+// A plan is a list of outputs with the time to hold each. Every output is within [low, high] of the
+// settings. Positions are in CO units: the read-back, or (PV - PV at the start)/gain + CO at the
+// start. A stem has moved if the means of the last thirds of two successive holds differ by more
+// than `moved`.
 //
-// What it can't do: without a read-back the process is in the answer; lags are then its own, and PV's noise
-// sets what counts as moved.
+// Limits: without a read-back, the position includes the process. Lags are then those of the
+// process, and the noise of PV determines `moved`.
 //
-// Sources: ISA-75.25.01 (2000) for the step test, resolution and dead band, its .02 for T86; the names of
-// the tests are those in the thesis's section 2.2.
+// Sources: ISA-75.25.01 (2000) for the step test, resolution and dead band, its part .02 for T86;
+// the names of the tests are those of section 2.2 of the thesis.
 #pragma once
 
 #include <array>
@@ -47,10 +52,10 @@ inline constexpr std::array kValveTests{ValveTest::step_change,  ValveTest::step
 const char* to_text(ValveTest test) noexcept;
 
 struct ValveTestSettings {
-  double low = 0.0;      // CO units, the test goes no lower
-  double high = 100.0;   // CO units, and no higher
-  double span = 100.0;   // CO units, the output's range
-  double hold_s = 10.0;  // s at each point: some five time constants of the position
+  double low = 0.0;      // CO units, least output of the test
+  double high = 100.0;   // CO units, greatest output of the test
+  double span = 100.0;   // CO units, range of the output
+  double hold_s = 10.0;  // s per point: about five time constants of the position
   double sample_time_s = 0.1;
 };
 
@@ -58,16 +63,18 @@ struct Hold {
   double output = 0.0;  // CO units
   double seconds = 0.0;
 };
+// Returns the holds of a test.
 std::vector<Hold> plan(ValveTest test, const ValveTestSettings& settings);
 
-// One hold as it was recorded.
+// The record of one hold.
 struct HeldPosition {
   double output = 0.0;           // CO units
-  std::vector<double> position;  // CO units, one a sample
+  std::vector<double> position;  // CO units, one per sample
 };
 
-// Named figures: units in the names. Infinite: never reached.
+// Figures by name; the names contain the units. Infinite: never reached.
 using ValveFigures = std::map<std::string, double>;
+// Returns the figures of a test from its recorded holds.
 ValveFigures figures(ValveTest test, const ValveTestSettings& settings,
                      std::span<const HeldPosition> holds, double moved);
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// How `gap` looks for an effect in a record of CO and PV: what is searched, over which range and from
-// where, what is solved for, and what the found values make. An effect that shows in several forms has
-// a candidate for each; those of one name stand for one effect.
+// A candidate describes how `gap` searches for one effect in a record of CO and PV: the searched
+// parameters with their ranges and starts, the solved parameters, and the effect that the found
+// values make. An effect with several forms has one candidate per form, all with the effect's name.
 //
 // Parameters that PV depends on linearly are solved for; the others are searched.
 #pragma once
@@ -18,35 +18,36 @@
 
 namespace loopwarden::effects {
 
-// A searched parameter, as a number from 0 to 1 between `low` and `high`.
+// A searched parameter. The search uses its position, a number from 0 at `low` to 1 at `high`.
 struct SearchRange {
   const char* name;
   double low;
   double high;
   bool logarithmic;
-  int grid;                  // places to start from
-  double first_step = 0.08;  // first move of the search, of the range from 0 to 1
-  // A period: places are evenly spread in frequency, and the first move is part of a spectral line.
+  int grid;                  // number of start positions
+  double first_step = 0.08;  // first move of the search, share of the range from 0 to 1
+  // The parameter is a period: starts are evenly spread in frequency, and the first move is part of
+  // a spectral line.
   bool is_period = false;
 
   double value(double position) const noexcept;
   double position(double value) const noexcept;
 };
 
-// Where a record leaves no room between the ends (a process as fast as the sampling), a little above
-// the lower one.
+// Returns a range from `low` to `high`. If `high` is not above `low` (a process as fast as the
+// sampling), the range ends a little above `low`.
 SearchRange between(const char* name, double low, double high, bool logarithmic, int grid);
 
-// By how much the stem rests below CO at the first sample, as a part of its resting band.
+// Distance by which the stem rests below CO at the first sample, as a share of its resting band.
 inline constexpr SearchRange kStart{"start", -1.0, 1.0, false, 1};
 
-// What the ranges depend on.
+// The properties of the record and of the loop that the search ranges depend on.
 struct SearchContext {
   double output_low = 0.0;       // CO units
   double output_high = 100.0;    // CO units
-  double output_used_low = 0.0;  // CO units, where CO was in the record
+  double output_used_low = 0.0;  // CO units, range of CO in the record
   double output_used_high = 100.0;
-  double pv_low = 0.0;  // PV units, where PV was in the record, without its noise
+  double pv_low = 0.0;  // PV units, range of PV in the record, without its noise
   double pv_high = 100.0;
   double period_s = 0.1;
   double duration_s = 300.0;     // s
@@ -61,12 +62,13 @@ struct SearchContext {
   double used_middle() const noexcept { return (output_used_low + output_used_high) / 2.0; }
 };
 
-// An actuator whose natural period (over 2 pi) is below this part of the process's time constant and
-// dead time together, and below so many seconds, is a healthy valve's.
+// An actuator is that of a healthy valve if its natural period (over 2 pi) is below both limits:
+// this share of the sum of the process's time constant and dead time, and this many seconds.
 inline constexpr double kFastActuator = 0.07;
 inline constexpr double kFastActuator_s = 0.3;
 
-// Of a second order with more damping than that the overshoot is below 2 %: nobody sees it ring.
+// A second order with more damping overshoots by less than 2 %, which users don't notice as
+// ringing.
 inline constexpr double kLeastRinging = 0.78;
 
 struct Candidate {
@@ -77,54 +79,61 @@ struct Candidate {
   const char* name = "";
   Block block = Block::valve;
   bool smooth = true;                 // PV depends smoothly on the searched parameters
-  int parameters = 0;                 // fitted ones, for the penalty
-  double prior_nats = 0.0;            // by how much it is rarer than what explains as well
-  std::vector<SearchRange> search{};  // kStart comes last where the stem rests beside CO
-  std::size_t starts = 2;             // places of the grid from which it is refined
-  // Of the parameter `more_by` (descriptor.hpp), in its units: below it the effect is the simpler one.
+  int parameters = 0;                 // number of fitted parameters, for the penalty
+  double prior_nats = 0.0;            // handicap against more common effects that fit as well
+  std::vector<SearchRange> search{};  // kStart is the last one if the stem can rest away from CO
+  std::size_t starts = 2;             // number of grid points from which the search is refined
+  // Least value of the parameter `more_by` (descriptor.hpp), in its units. Below it the record
+  // shows the simpler effect.
   double more_from = 0.0;
-  std::vector<const char*> solved{};  // parameters of the effect that are solved for as they are
+  std::vector<const char*> solved{};  // parameters of the effect that are solved for directly
 
-  // The effect from the values of `search` and what was solved; null: what effect() makes of their names.
+  // Returns the effect from the searched and solved values; null: effect() uses the names of the
+  // values.
   EffectSpec (*spec)(const Candidate& candidate, Values searched, Values solved) = nullptr;
-  // How far from CO the stem can rest, CO units; null: nowhere but where CO puts it.
+  // Returns the largest distance from CO at which the stem can rest, CO units; null: the stem rests
+  // at CO.
   double (*resting_half_band)(Values searched) = nullptr;
-  // The same stem with the momentum of its actuator; null: none.
+  // Returns the same effect with the momentum of the actuator; null: the effect has no such form.
   EffectSpec (*with_momentum)(EffectSpec effect, double natural_frequency_rad_s,
                               double damping) = nullptr;
-  // Share of the samples at which it does what no simpler effect does, under this CO; null: all.
+  // Returns the share of the samples at which this CO makes the effect differ from every simpler
+  // effect; null: all samples.
   double (*telling)(Values searched, Values co, double period_s) = nullptr;
-  // Standard deviations of named parameters from those of the searched and then the solved values
-  // (`spread`); null: what is searched or in `solved` is what is named.
+  // Fills in the standard deviations of named parameters from `spread`, the deviations of the
+  // searched and then the solved values; null: every parameter is searched or in `solved`, so
+  // `spread` applies directly.
   void (*deviations)(Values searched, Values spread, const EffectSpec& spec,
                      Deviations& named) = nullptr;
-  // PV's answer to each solved parameter, set to 1 before: `columns` of them.
+  // Number of solved parameters with a response in PV.
   std::size_t columns = 0;
-  void (*fill)(Values searched, double period_s, Columns& columns) = nullptr;  // null: stays 1
+  // Fills the response of PV to each of them; the columns are 1 before. Null: they stay 1.
+  void (*fill)(Values searched, double period_s, Columns& columns) = nullptr;
 
-  // An effect at one place of the travel: whether this CO left the place and came back to it, on both sides. Where it did
-  // not, the place can't be told from everywhere, and the effect is no more than an alternative. Null: it has no place.
+  // For an effect at one place of the travel: returns whether this CO left the place and returned
+  // to it on both sides. If not, the record can't distinguish the place from the whole travel, and
+  // the effect is reported only as an alternative. Null: the effect has no place.
   bool (*shows_place)(Values searched, Values co) = nullptr;
 
-  bool friction = false;       // one valve has one of these
-  bool slips = false;          // found by short runs, each from where the record stands
-  bool solves_gain = false;    // the process gain's own column stands for it
-  bool shifts_pv = false;      // moves PV as a whole: what sticks is searched for again beside it
-  bool at_one_moment = false;  // shows at one place of the record: need not gain in all of it
-  bool hides = false;          // of the transmitter: shows less than PV, not linear in it
-  bool bends = false;          // of the transmitter: PV shows through a curve without memory
-  bool wanders_on = false;     // where it is at the end of the fit says nothing of what follows
-  bool is_level = false;       // a constant: without a measured CO nothing tells it from CO's level
+  bool friction = false;       // friction of the valve: a valve has at most one of these effects
+  bool slips = false;          // found by short runs, each from the state of the record
+  bool solves_gain = false;    // solved with the column of the process gain
+  bool shifts_pv = false;      // shifts all of PV: friction is searched again together with it
+  bool at_one_moment = false;  // visible at one moment: it need not improve the whole record
+  bool hides = false;          // of the transmitter: hides part of PV, not linear in it
+  bool bends = false;          // of the transmitter: bends PV by a curve without memory
+  bool wanders_on = false;     // its state at the end of the fit doesn't predict later samples
+  bool is_level = false;       // a constant: without a measured CO it equals a shift of CO
 
   double output_low = 0.0;       // CO units
   double output_high = 100.0;    // CO units
   double time_constant_s = 1.0;  // s, of the process
 
-  // The effect as a model file takes it.
+  // Returns the effect in the form of a model file.
   EffectSpec effect(Values searched, Values solved_values) const;
   std::size_t linear_columns() const noexcept { return columns; }
   bool starts_offset() const noexcept { return resting_half_band != nullptr; }
-  // Stepped in the signal's path, not solved for.
+  // Returns whether the effect is stepped in the signal path, not solved for.
   bool in_path() const noexcept { return columns == 0 && !solves_gain && !shown(); }
   bool shown() const noexcept { return hides || bends; }
 };

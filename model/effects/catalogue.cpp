@@ -43,7 +43,7 @@ void check_option(const OptionInfo& option, const std::string& value) {
                                      .append("')"));
 }
 
-// By number, what no model holds behind the rest.
+// Returns all effects by number; those that models can't contain are last.
 std::vector<Descriptor> in_order() {
   std::vector<Descriptor> all = registered_effects();
   std::sort(all.begin(), all.end(), [](const Descriptor& a, const Descriptor& b) {
@@ -119,7 +119,9 @@ void check_effect(const EffectSpec& spec, Block block, const EffectContext& cont
 void check_curve(const SpecReader& read, std::size_t most) {
   const auto& table = read.spec().table;
   if (read.option("curve") != "table") {
-    if (!table.empty()) throw EffectError("table", "a table needs no named curve beside it");
+    if (!table.empty())
+      throw EffectError("table",
+                        "a table can't be combined with a named curve; remove one of them");
     return;
   }
   if (table.size() < 2 || table.size() > most) {

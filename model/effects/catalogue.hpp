@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Every effect by name. Model files, generated documents, the fits and the analyses all go by this
-// table; no other place knows effects by name. It is made from the files of this folder.
+// The catalogue of all effects by name, built from the files of this folder. Model files, generated
+// documents, fits and analyses use this table; it is the only place that defines the names of
+// effects.
 #pragma once
 
 #include <span>
@@ -11,29 +12,30 @@
 
 namespace loopwarden::effects {
 
-// Every effect there is a word for, what a model holds and what only a record shows, in the order in
-// which guides show them: those that a model holds by number, then the rest.
+// Returns every named effect, including those that only a record can show. The order is that of the
+// guides: effects of models by number, then the others.
 std::span<const Descriptor> vocabulary() noexcept;
-// Those that a model can hold, by number.
+// Returns the effects that a model can contain, by number.
 std::span<const Descriptor> effect_catalogue() noexcept;
-// In the catalogue; null if there is no such effect.
+// Returns the effect of that name in the catalogue; null if the name is unknown.
 const Descriptor* find_effect(std::string_view name) noexcept;
-// In the vocabulary; null if there is no such word.
+// Returns the effect of that name in the vocabulary; null if the name is unknown.
 const Descriptor* find_word(std::string_view name) noexcept;
 
-// Throws EffectError. Does all the checking there is, so that a spec that passes can be stepped.
+// Checks a spec completely: a spec that passes can be stepped. Throws EffectError.
 void check_effect(const EffectSpec& spec, Block block, const EffectContext& context);
-// Whether one of them stands in the place of the process's dead time.
+// Returns whether one of the effects replaces the dead time of the process.
 bool takes_dead_time(const std::vector<EffectSpec>& specs) noexcept;
-// Puts in what is not given and follows from the process: a spec that stands for itself.
+// Adds missing parameters whose values follow from the process, so that the spec is complete by
+// itself.
 void complete(EffectSpec& spec, const EffectContext& context);
-// `spec` must have passed check_effect() with the same context.
+// Returns the effect of a spec that has passed check_effect() with the same context.
 Effect make_effect(const EffectSpec& spec, const EffectContext& context);
 
-// All that `gap` looks for, in the order of the catalogue.
+// Returns all candidates of `gap`, in the order of the catalogue.
 std::vector<Candidate> candidates(const SearchContext& context);
 
-// Whether the effect explains an alarm of that name.
+// Returns whether the effect explains an alarm of that name.
 bool agrees(const Descriptor& effect, std::string_view alarm) noexcept;
 
 }  // namespace loopwarden::effects

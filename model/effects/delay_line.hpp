@@ -7,17 +7,18 @@
 
 namespace loopwarden::effects {
 
-// The last samples of a signal. All memory is taken when it is made; after that only `push` and `at`.
+// A ring buffer of the last samples of a signal. Only the constructor allocates.
 class DelayLine {
  public:
-  // Remembers at least `samples` + 1 values.
+  // Keeps at least `samples` + 1 values.
   explicit DelayLine(std::size_t samples);
 
   void fill(double value) noexcept {
     for (double& v : values_) v = value;
   }
   void push(double value) noexcept { values_[++newest_ & mask_] = value; }
-  // The value `age` samples before the newest; 0 is the newest. `age` within what was asked for.
+  // Returns the value `age` samples before the newest one. 0 <= age <= `samples` of the
+  // constructor.
   double at(std::size_t age) const noexcept { return values_[(newest_ - age) & mask_]; }
 
  private:

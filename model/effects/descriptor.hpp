@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// All that anyone asks of an effect: its name and number, keys with units and ranges, how to make it,
-// how `gap` searches it, what it is to linear analysis and to alarms, how an engineer recognises it.
-// One source of this folder describes one effect, words.txt has its words; catalogue.hpp has all of them.
+// The description of an effect: name, number, keys with units and ranges, law, and search by `gap`.
+// It also has the part of the effect in linear analysis and alarms, and its signs for engineers.
+// Each source file of this folder describes one effect, words.txt has the texts, and catalogue.hpp
+// collects all descriptions.
 #pragma once
 
 #include <cstdint>
@@ -19,6 +20,7 @@ namespace loopwarden::effects {
 
 inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
+// A numeric key of an effect.
 struct ParameterInfo {
   const char* name;
   const char* unit;
@@ -27,65 +29,69 @@ struct ParameterInfo {
   double high;        // greatest value
   bool high_is_open;  // `high` itself is not allowed
   bool required;
-  double fallback;  // value of an optional parameter that is not given
+  double fallback;  // default of an optional parameter
   const char* meaning;
-  // Part of the law rather than what an engineer asks for: left out of sentences.
+  // A constant of the law, of no interest to engineers: left out of sentences.
   bool of_the_law = false;
-  // Where it is not given, the time constant of the process it stands in.
+  // The default is the time constant of the process that has this effect.
   bool as_process_lag = false;
 };
 
+// A key of an effect with named values.
 struct OptionInfo {
   const char* name;
   std::vector<const char*> values;  // the first is the default
   const char* meaning;
 };
 
-// A table that an effect can't do without.
+// A table that an effect requires.
 struct TableInfo {
   const char* form = "";     // as in a file: "[[t, factor], ...]"
   const char* meaning = "";  // with units
 };
 
+// An effect or cause with similar signs.
 struct LookAlike {
-  const char* name;  // another effect, or a cause that is none
-  const char* tell;  // what tells them apart
+  const char* name;  // another effect, or a cause outside the vocabulary
+  const char* tell;  // sign that distinguishes them
 };
 
+// An example that the guides show as a picture.
 struct Example {
-  const char* file;  // of its picture, without the ending
+  const char* file;  // file name of the picture, without the extension
   EffectSpec spec;
   Block block;
 };
 
-// What the effect is to a linear loop.
+// The effect as a part of a linear loop.
 struct LinearPart {
   double gain = 1.0;
   double dead_time_s = 0.0;  // s
   std::vector<double> lags_s{};
 };
 
-// The valve's band that a describing function is of.
+// The band of the valve, for the describing function.
 struct ValveBand {
-  bool backlash = false;  // else stiction
+  bool backlash = false;  // false: stiction
   double s = 0.0;         // CO units
   double j = 0.0;         // CO units
 };
 
+// The properties of the loop that checks and laws of effects use.
 struct EffectContext {
   double sample_time_s = 0.1;  // s
   double output_low = 0.0;     // CO units
   double output_high = 100.0;  // CO units
-  double pv_low = 0.0;         // PV units, the transmitter's range
+  double pv_low = 0.0;         // PV units, range of the transmitter
   double pv_high = 100.0;      // PV units
   std::uint64_t seed = 1;      // for effects with random numbers
-  // s, of the process; 0: not known here
+  // s, of the process; 0: unknown
   double time_constant_s = 0.0;
-  double dead_time_s = 0.0;  // s, of the process, for an effect that takes its place
+  double dead_time_s = 0.0;  // s, of the process, for an effect that replaces it
 };
 
-// A parameter that is missing, unknown, or out of its range. `key` names it, empty for the effect
-// as a whole.
+// Error for a parameter that is missing, unknown or out of range. `key` is its name, or empty if
+// the error is about the whole effect.
 class EffectError : public std::invalid_argument {
  public:
   EffectError(std::string key, const std::string& message)
@@ -98,60 +104,64 @@ class EffectError : public std::invalid_argument {
 
 class SpecReader;
 
+// The description of one effect.
 struct Descriptor {
-  int number = 0;  // in records and registers: never given to another effect
+  int number = 0;  // in records and registers: never reused for another effect
   const char* name = "";
-  std::vector<Block> blocks{};  // where it may stand; the first is where it stands by default
+  std::vector<Block> blocks{};  // allowed blocks; the first one is the default
   std::vector<ParameterInfo> parameters{};
   std::vector<OptionInfo> options{};
   bool takes_table =
-      false;  // in files `curve` or `table` stands for its options, `table` where it has none
+      false;  // files use the key `curve` or `table` with options, and `table` without options
   TableInfo table{};
-  bool is_learned = false;  // its table has the keys of its form, and a description goes with it
-  const char* header = "";  // in model/plant: equation, source and limits
+  bool is_learned = false;  // its table has keys that depend on the form, and a description
+  const char* header = "";  // file in model/effects: equation, source and limits
 
-  // What no single key shows; throws EffectError. Null: nothing.
+  // Checks rules over several keys; throws EffectError. Null: it has no such rules.
   void (*check)(const SpecReader& read, const EffectContext& context) = nullptr;
-  // From a spec that was checked. Null: no effect of the plant, so no model holds it.
+  // Returns the law for a checked spec. Null: not an effect of the plant, so models don't contain
+  // it.
   Effect (*make)(const SpecReader& read, const EffectContext& context) = nullptr;
 
-  bool takes_dead_time = false;  // stands in the place of the process's own
+  bool takes_dead_time = false;  // replaces the dead time of the process
 
   // Appends its candidates. Null: `gap` can't find it.
   void (*candidates)(const SearchContext& context, std::vector<Candidate>& all) = nullptr;
   int valve_rank = 4;     // place in the valve: the actuator before the friction, the plug last
-  bool is_noise = false;  // wanders by chance: no part of a free run
-  // Two effects that belong together and are this one: `gap` names them as its alternative.
+  bool is_noise = false;  // random, so not part of a free run
+  // Two effects that together look like this one: `gap` reports them as its alternative.
   std::vector<const char*> made_of{};
-  // Where this parameter is 0 the effect is another one, in the catalogue or not; null: there is none.
+  // If this parameter is 0, the effect becomes another one, in the catalogue or not; null: no
+  // parameter.
   const char* more_by = nullptr;
-  // How far from CO the stem can rest, CO units; null: nowhere but where CO puts it.
+  // Returns the largest distance from CO at which the stem can rest, CO units; null: the stem rests
+  // at CO.
   double (*resting_band)(const SpecReader& read) = nullptr;
-  // The law of a healthy valve's little friction and fast actuator; one effect has it, and where a
-  // valve has that effect no other friction is allowed for.
+  // Returns the effect for the small friction and the fast actuator of a healthy valve. Only one
+  // effect has this function. If a valve has that effect, fits add no other friction.
   EffectSpec (*healthy_valve)(double friction, double natural_frequency_rad_s,
                               double damping) = nullptr;
 
   LinearPart (*linear)(const SpecReader& read) = nullptr;  // null: not in the linear loop
   ValveBand (*valve_band)(const SpecReader& read) = nullptr;
 
-  std::vector<std::string_view> alarms{};  // that it agrees with, beside model_gap
+  std::vector<std::string_view> alarms{};  // alarms that it agrees with, in addition to model_gap
 
   std::vector<Example> examples{};
 
   // From words.txt.
   const char* meaning = "";  // one line
-  const char* remedy = "";   // what an engineer does about it, in plant words
-  const char* seen = "";     // what an engineer sees
+  const char* remedy = "";   // action of the engineer, in plant words
+  const char* seen = "";     // signs in the plant
   std::vector<LookAlike> look_alikes{};
 };
 
-// Its `from` and `to` are parameters of its own: no schedule beside them.
+// Returns whether `from` and `to` are parameters of the effect. Such an effect has no schedule.
 bool has_own_times(const Descriptor& info) noexcept;
 const ParameterInfo* find_parameter(const Descriptor& info, std::string_view name) noexcept;
 const OptionInfo* find_option(const Descriptor& info, std::string_view name) noexcept;
 
-// A spec with the defaults of its description. Both must outlive it.
+// Reads a spec, with the defaults of its description. Both must outlive the reader.
 class SpecReader {
  public:
   SpecReader(const Descriptor& info, const EffectSpec& spec) : info_(info), spec_(spec) {}
@@ -167,14 +177,16 @@ class SpecReader {
   const EffectSpec& spec_;
 };
 
-// Throws EffectError: `key` must be as `rule` says, which stands before what was given.
+// Throws EffectError with the text "`key` must be `rule` (got the value)".
 [[noreturn]] void refuse(const SpecReader& read, const char* key, const std::string& rule);
 
-// Of an effect whose option `curve` names a curve or says `table`: a table of 2 to `most` points that rise in both
-// columns, and none beside a name. Throws EffectError.
+// Checks the table of an effect whose option `curve` is a named curve or `table`. With `table` it
+// must have
+// 2 to `most` points that rise in both columns; with a named curve it must be empty. Throws
+// EffectError.
 void check_curve(const SpecReader& read, std::size_t most);
 
-// As error messages give numbers.
+// Returns the number as error messages show it.
 std::string number_text(double value);
 
 constexpr ParameterInfo at_least_zero(const char* name, const char* unit, const char* meaning) {

@@ -1,14 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-// One physical effect in the signal path of the loop, and a chain of them.
+// One physical effect in the signal path of the loop, and a chain of effects.
 //
-// Each effect is a law: a class in a file of its own with three functions:
-//   double reset(double in) noexcept               steady state at this input; returns the output,
-//                                                  what depends on time or chance left out
-//   double step(double in [, double time_s]) noexcept   one period; returns the output
-//   void set_severity(double severity) noexcept    0: absent, 1: as configured, between: partly
-// A law of the flow rather than of the stem says `static constexpr bool kActsOnFlow = true`; one of what
-// the transmitter puts out, behind its noise, `static constexpr bool kActsOnReading = true`.
-// model/effects says by which name and with which parameters each is made.
+// Each effect is a law: a class in a separate file with three functions:
+//   double reset(double in) noexcept
+//       Sets the steady state at this input. Returns the output without the parts that depend on
+//       time or chance.
+//   double step(double in [, double time_s]) noexcept
+//       Steps one period. Returns the output.
+//   void set_severity(double severity) noexcept
+//       0: absent, 1: as configured, between: partly.
+// A law that acts on the flow instead of the stem has `static constexpr bool kActsOnFlow = true`. A
+// law that acts on the output of the transmitter, after its noise, has `static constexpr bool
+// kActsOnReading = true`. model/effects defines the name and the parameters of each law.
 #pragma once
 
 #include <algorithm>
@@ -23,8 +26,8 @@
 
 namespace loopwarden::effects {
 
-// When an effect is present. Severity rises from 0 at `from_s` to 1 at `from_s + ramp_s`, and drops
-// to 0 at `to_s`.
+// The time during which an effect is present. Severity rises from 0 at `from_s` to 1 at `from_s +
+// ramp_s`, and drops to 0 at `to_s`.
 struct Schedule {
   double from_s = -std::numeric_limits<double>::infinity();  // s, time of the record
   double to_s = std::numeric_limits<double>::infinity();     // s
@@ -39,11 +42,11 @@ struct Schedule {
   }
 };
 
-// Any law, held in place: stepping, resetting and moving never allocate; copying does only where the
-// law itself has memory of its own (a delay line).
+// Stores any law in place. Stepping, resetting and moving never allocate. Copying allocates only if
+// the law owns memory (a delay line).
 class Effect {
  public:
-  // Implicit, so that what makes an effect returns its law.
+  // Implicit, so that a function that makes an effect can return its law.
   template <class Law>
   requires(!std::same_as<std::remove_cvref_t<Law>, Effect>) Effect(Law law)
   noexcept {  // NOLINT(google-explicit-constructor)
@@ -69,7 +72,8 @@ class Effect {
   double reset(double in) noexcept { return held().reset(in); }
   double step(double in, double time_s) noexcept { return held().step(in, time_s); }
   void set_severity(double severity) noexcept { held().set_severity(severity); }
-  // Steps the whole of `signal`, sample k at `first_s` + k `period_s`, in place. `schedule` null: always.
+  // Steps all of `signal` in place; sample k is at `first_s` + k `period_s`. A null `schedule`
+  // means always.
   void run(std::span<double> signal, double first_s, double period_s,
            const Schedule* schedule) noexcept {
     held().run(signal, first_s, period_s, schedule);
@@ -145,22 +149,22 @@ class Effect {
 // Effects in the order in which the signal meets them.
 class EffectChain {
  public:
-  // Allocates; everything below does not.
+  // Adds an effect at the end. Allocates; the other functions don't.
   void add(Effect effect, const Schedule& schedule = {});
 
   double reset(double in, double time_s) noexcept;
   double step(double in, double time_s) noexcept;
-  // The same; `travel` receives the signal as it enters the first effect that acts on the flow, or the
-  // output if there is none: the stem travel, where the chain is a valve's.
+  // As above. `travel` receives the input of the first effect that acts on the flow, or the output
+  // if no effect acts on the flow. In the chain of a valve this is the stem travel.
   double reset(double in, double time_s, double& travel) noexcept;
   double step(double in, double time_s, double& travel) noexcept;
 
-  // Steps the whole of `signal`, sample k at `first_s` + k `period_s`, in place: the same bits as sample
-  // by sample, several times as fast.
+  // Steps all of `signal` in place; sample k is at `first_s` + k `period_s`. The result has the
+  // same bits as stepping sample by sample, and it is several times as fast.
   void run(std::span<double> signal, double first_s, double period_s) noexcept;
 
   bool empty() const noexcept { return links_.empty(); }
-  // Largest severity of the effects on a schedule, 0 if there is none.
+  // Returns the largest severity of the effects with a schedule, 0 if no effect has one.
   double scheduled_severity(double time_s) const noexcept;
 
  private:
@@ -170,7 +174,7 @@ class EffectChain {
     bool scheduled;
     bool acts_on_flow;
   };
-  // `advance(effect, in)` gives the effect's output.
+  // Passes the signal through all effects; `advance(effect, in)` returns the output of one effect.
   template <class Advance>
   double pass(double in, double time_s, double& travel, Advance advance) noexcept;
 

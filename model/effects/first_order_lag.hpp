@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // First-order lag (effects `extra_lag` and `positioner_lag`; also inside the transmitter).
 //
-//   T x' = u - x,  solved exactly for u held over a period:  x(k) = a x(k-1) + (1 - a) u,  a = exp(-h/T)
+//   T x' = u - x,  solved exactly for u held over a period:
+//   x(k) = a x(k-1) + (1 - a) u,  a = exp(-h/T)
 //
 //   u, x  same units     T  time constant, s, >= 0 (0: x = u)     h  s
 //
 // Severity p fades it in as time constant p T.
-// Errors: none; a non-finite u gives a non-finite x until the next reset.
-// What it can't do: no rate limit (see low_air_supply.hpp), no dead time.
+// Errors: no exceptions; if u is not finite, neither is x until the next reset.
+// Limits: no rate limit (see low_air_supply.hpp), no dead time.
 //
 // Source: Franklin, Powell and Workman, Digital Control of Dynamic Systems (1998), zero-order hold.
 #pragma once

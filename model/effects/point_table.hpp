@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// A curve by points, joined by lines; at both ends it goes on with its last slope.
+// Returns the value at `x` of a curve that is linear between points and continues with its end
+// slopes.
 //
-// Errors: none; `count` points of 2 or more, the first of each rising.
+// `count` >= 2; the first coordinate of the points rises.
+// Errors: no exceptions.
 #pragma once
 
 #include <array>

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The descriptors of this folder with their words, in no order. CMakeLists.txt writes the function from the folder's
-// files: model/effects/<name>.cpp defines loopwarden::effects::<name>::describe(), words.txt has a section [<name>].
+// Returns the descriptors of this folder with their texts, unsorted. CMakeLists.txt generates the
+// function from the files of the folder: model/effects/<name>.cpp defines
+// loopwarden::effects::<name>::describe(), and words.txt has a section [<name>].
 #pragma once
 
 #include <vector>

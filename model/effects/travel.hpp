@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The ends of a stem's travel: what runs into one stands there, at rest.
+// The ends of the travel of a stem. A stem that reaches an end stops there.
 //
-//   low, high  CO units; infinite where the travel has no end
+//   low, high  CO units; infinite if the travel has no end
 #pragma once
 
 #include <limits>
@@ -13,7 +13,7 @@ struct Travel {
   double high = std::numeric_limits<double>::infinity();
 
   bool beyond(double x) const noexcept { return x > high || x < low; }
-  // The end that `x` lies beyond, else `x`.
+  // Returns `x` clamped to the ends.
   double within(double x) const noexcept { return x > high ? high : x < low ? low : x; }
 };
 

@@ -1,19 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
-// Differential evolution: the least value of a function that jumps and has many valleys.
+// Differential evolution: finds the minimum of a function that has jumps and many valleys.
 //
 //   trial = own, but in some places  from + reach (a - b),   cut to 0 ... 1
 //
-// own: the member that the trial is to replace; from: half the time the best member, else own or any
-// (settings); a, b: any members. One place, drawn, is always changed, every other with the chance
-// `crossover`; reach is drawn anew for each trial. A trial better than its own member takes its place.
+//   own    the member that the trial may replace
+//   from   the best member in half of the trials, otherwise own or any member (settings)
+//   a, b   any members
+//   reach  drawn again for each trial; 0.4 to 0.9 is usual
 //
-// Trials are judged a batch at a time: what one batch finds, the next one builds on. With a batch of one
-// every trial builds on the one before it.
+// A place is one coordinate of a member, 0 to 1; the caller maps its ranges onto it. One place,
+// drawn at random, always changes; every other place changes with the probability `crossover`. A
+// trial replaces its own member if its cost is lower.
 //
-//   places of a member  0 to 1, where the caller puts its ranges     reach  0.4 to 0.9 is usual
+// Trials are judged in batches, and each batch builds on the results of the batch before. With a
+// batch of one, every trial builds on the one before it.
 //
-// Errors: none. Allocates only what the caller's members and judge do; the same seed gives the same bits.
-// What it can't do: stop early; find a valley narrower than what its members' spread ever meets.
+// Errors: no exceptions. Allocates only what the caller's members and judge do; the same seed gives
+// the same bits.
+// Limits: it never stops early, and it can miss a valley that is narrower than the spread of its
+// members.
 //
 // Source: Storn and Price, J. Global Optimization 11 (1997) 341-359.
 #pragma once
@@ -27,7 +32,7 @@
 namespace loopwarden::numeric {
 
 struct EvolutionSettings {
-  enum class From : std::uint8_t { own, any };  // where not from the best
+  enum class From : std::uint8_t { own, any };  // in the trials that don't use the best member
   From from = From::any;
   std::size_t trials = 1000;  // a multiple of the batch; the first members are not counted
   double crossover = 0.9;
@@ -35,23 +40,24 @@ struct EvolutionSettings {
   double most_reach = 0.9;
 };
 
-// Members, their costs, and room for a batch of trials. The number of members is a multiple of the
-// batch. A member is anything with size() and places of type double.
+// The members, their costs, and room for a batch of trials. The number of members is a multiple of
+// the batch. A member is any type with size() and elements of type double.
 template <class Member>
 struct Population {
   std::span<Member> members;
   std::span<double> costs;  // already judged
   std::span<Member> trials;
   std::span<double> trial_costs;
-  std::size_t best = 0;  // which member the first trials build on
+  std::size_t best = 0;  // index of the member that the first trials build on
 };
 
+// Returns a random index from 0 to count - 1.
 template <class Generator>
 std::size_t drawn_below(std::size_t count, Generator& random) noexcept {
   return static_cast<std::size_t>(random.uniform() * static_cast<double>(count));
 }
 
-// Changes `trial`, a copy of its own member.
+// Changes some places of `trial`, which is a copy of the member that it may replace.
 template <class Member, class Generator>
 void cross(Member& trial, const Member& from, const Member& a, const Member& b,
            const EvolutionSettings& settings, Generator& random) noexcept {
@@ -63,8 +69,8 @@ void cross(Member& trial, const Member& from, const Member& a, const Member& b,
   }
 }
 
-// `judge(trials, costs)` fills the costs of a batch; `random` is one of random.hpp. Returns the place of the best
-// member.
+// Runs the search and returns the index of the best member. `judge(trials, costs)` fills the costs
+// of a batch; `random` is a generator of random.hpp.
 template <class Member, class Generator, class Judge>
 std::size_t evolve(const Population<Member>& p, const EvolutionSettings& settings,
                    Generator& random, Judge&& judge) {

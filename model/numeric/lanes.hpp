@@ -1,13 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// Several numbers in step, so that one equation serves a number and a row of them.
+// Four floats that are computed together, so that one equation serves both a number and four
+// numbers.
 //
-// An equation written for a type `N` that is double, float or Lanes uses + - * /, comparisons and
-// `condition ? a : b`, which all three have (of Lanes, lane by lane), and what is below for the rest.
-// What a comparison gives is combined by & and !.
+// An equation for a type `N` (double, float or Lanes) uses + - * /, comparisons and `condition ? a
+// : b`, which Lanes apply lane by lane, and the functions below. Results of comparisons are
+// combined with & and !.
 //
-// Lanes are g++'s and clang's vectors: SSE on x86-64, NEON on arm64. Each lane has the bits that float
-// would have.
-// What they can't do: branches (both sides are worked out; `any` tells whether one is needed at all).
+// Lanes are vectors of g++ and clang: SSE on x86-64, NEON on arm64. Each lane has the same bits as
+// float.
+// Limits: no branches. Both sides of a condition are computed; `any` reports whether a side is
+// needed.
 #pragma once
 
 #include <cmath>
@@ -22,7 +24,7 @@ inline constexpr std::size_t kLanes = 4;
 using Lanes = float __attribute__((vector_size(16)));
 using LaneMask = int __attribute__((vector_size(16)));
 
-// The same number in every lane.
+// Returns `value` in every lane.
 template <class N>
 inline N every(double value) noexcept {
   return static_cast<N>(value);
@@ -33,6 +35,7 @@ inline Lanes every<Lanes>(double value) noexcept {
   return Lanes{v, v, v, v};
 }
 
+// Returns whether the condition holds in at least one lane.
 inline bool any(bool holds) noexcept { return holds; }
 inline bool any(LaneMask holds) noexcept {
 #ifdef __SSE__
@@ -44,7 +47,7 @@ inline bool any(LaneMask holds) noexcept {
 #endif
 }
 
-// exp(x) where it is asked for; elsewhere anything.
+// Returns exp(x) in the lanes that `where` selects; the other lanes have no defined value.
 inline double exponential(double x, bool) noexcept { return std::exp(x); }
 inline float exponential(float x, bool) noexcept { return std::exp(x); }
 inline Lanes exponential(Lanes x, LaneMask where) noexcept {
@@ -54,13 +57,13 @@ inline Lanes exponential(Lanes x, LaneMask where) noexcept {
   return x;
 }
 
-// -x where x is negative.
+// Returns |x|.
 template <class N>
 inline N magnitude(N x) noexcept {
   return x < -x ? -x : x;
 }
 
-// `x` within [low, high]; bounds that are not numbers do not bind.
+// Returns `x` clamped to [low, high]; a bound that is not a number is ignored.
 template <class N>
 inline N within(N x, N low, N high) noexcept {
   const N y = high < x ? high : x;

@@ -11,7 +11,7 @@ namespace {
 
 Eigen::Index index(std::size_t i) { return static_cast<Eigen::Index>(i); }
 
-// Where the step that the damped equations ask for leads, within the bounds.
+// Returns the parameters after the step that solves the damped equations, clamped to the bounds.
 std::vector<double> moved(const std::vector<Parameter>& parameters, const std::vector<double>& x,
                           const Eigen::MatrixXd& normal, const Eigen::VectorXd& gradient,
                           double damping) {

@@ -1,22 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bounded nonlinear least squares by Levenberg and Marquardt's method.
+// Bounded nonlinear least squares by the method of Levenberg and Marquardt.
 //
 //   least  sum r_i(x)^2   with  low <= x <= high
 //   (J'J + d diag(J'J)) move = -J' r,   x <- x + move, cut to the bounds,   d  damping
 //
-// J by differences, away from a bound that is too near. A parameter at a bound that the gradient
-// pushes against stays there for the step. A move that helps is taken and the damping eased; one that
-// doesn't is tried again with more damping on the same J.
+// J is computed by differences, in the direction away from a near bound. A parameter at a bound
+// stays there for the step if the gradient pushes it against the bound. A move that reduces the sum
+// is accepted and the damping is reduced; otherwise the move is computed again with more damping
+// and the same J.
 //
 //   x  scaled so that a step of `difference` shows in r but stays nearly linear
 //
-// Errors: none. Where the first residual is not finite, the start is the answer; moves to where it is
-// not finite are not taken.
-// What it can't do: find another valley than the one it starts in; follow an r that jumps (see
-// subplex.hpp, evolution.hpp); say which of several parameters a flat direction should move.
+// Errors: no exceptions. If the first residual is not finite, the start is the answer; a move to a
+// residual that is not finite is rejected.
+// Limits: it finds only the valley that it starts in; it can't follow an r that jumps (see
+// subplex.hpp, evolution.hpp); in a flat direction the choice between parameters is arbitrary.
 //
-// Sources: Marquardt, J. SIAM 11 (1963) 431-441; bounds by an active set: Nocedal and Wright, Numerical
-// Optimization (Springer 2006), section 16.7.
+// Sources: Marquardt, J. SIAM 11 (1963) 431-441; bounds by an active set: Nocedal and Wright,
+// Numerical Optimization (Springer 2006), section 16.7.
 #pragma once
 
 #include <Eigen/Core>
@@ -27,23 +28,23 @@
 namespace loopwarden::numeric {
 
 struct Parameter {
-  double value = 0.0;  // to start from; cut to the bounds
+  double value = 0.0;  // start, clamped to the bounds
   double low = -std::numeric_limits<double>::infinity();
   double high = std::numeric_limits<double>::infinity();
-  // Of the differences: the greater of this and `relative_difference` |x|.
+  // The step for differences is the greater of this and `relative_difference` |x|.
   double difference = 1e-6;
   double relative_difference = 0.0;
   double largest_move = std::numeric_limits<double>::infinity();  // in one step
 };
 
 struct LeastSquaresSettings {
-  int most_steps = 80;          // each takes one J
-  int most_attempts = 16;       // dampings tried on one J
-  double first_damping = 1e-3;  // of the diagonal
+  int most_steps = 80;          // each computes one J
+  int most_attempts = 16;       // dampings tried with one J
+  double first_damping = 1e-3;  // share of the diagonal
   double least_damping = 1e-12;
-  double easing = 0.2;      // of the damping, after a move that helped
-  double tightening = 8.0;  // after one that did not
-  // Content with a move that takes off less than this share of the sum of squares.
+  double easing = 0.2;      // factor on the damping after an accepted move
+  double tightening = 8.0;  // factor after a rejected move
+  // The search stops after a move that reduces the sum of squares by less than this share.
   double least_gain = 1e-14;
 };
 
@@ -53,13 +54,15 @@ struct LeastSquares {
   double sum_squares = 0.0;
 };
 
-// Fills r(x); always the same number of values.
+// Fills r(x); the number of values is the same in every call.
 using Residual = std::function<void(const std::vector<double>& x, Eigen::VectorXd& r)>;
 
+// Returns the parameters with the least sum of squares, their residual and that sum.
 LeastSquares least_squares(const std::vector<Parameter>& parameters, const Residual& residual,
                            const LeastSquaresSettings& settings = {});
 
-// dr/dx at `x`, where the residual is `r`; its bounds and steps by `parameters`.
+// Returns dr/dx at `x` by differences. `r` is the residual at `x`; `parameters` has the bounds and
+// steps.
 Eigen::MatrixXd jacobian(const std::vector<Parameter>& parameters, const Residual& residual,
                          const std::vector<double>& x, const Eigen::VectorXd& r);
 

@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// Seeded random numbers that are the same on every machine and standard library; in the tails of the
-// normal distribution up to the last bit of std::log.
+// Seeded random numbers that are the same on every machine and with every standard library. Only in
+// the tails of the normal distribution can the last bit differ, as that of std::log does.
 //
-// std::normal_distribution leaves its algorithm to the library, so a record simulated on one system
-// could not be repeated on another; hence this small generator.
+// std::normal_distribution leaves its algorithm to the library, so a record that was simulated on
+// one system could not be repeated on another. That is the reason for this small generator.
 //
-// Uniform: xoshiro256++ (Blackman and Vigna, ACM Trans. Math. Softw. 47, 2021), seeded by splitmix64.
+// Uniform: xoshiro256++ (Blackman and Vigna, ACM Trans. Math. Softw. 47, 2021), seeded by
+// splitmix64.
 // Normal:  inverse of the normal distribution function by a rational approximation with a relative
-//          error below 1.2e-9 (P. J. Acklam, 2003): cheap, and one draw per number.
-// What it can't do: no cryptography; tails end at 8.2 standard deviations (52-bit uniforms).
+//          error below 1.2e-9 (P. J. Acklam, 2003): fast, and one draw per number.
+// Limits: not for cryptography; tails end at 8.2 standard deviations (52-bit uniforms).
 #pragma once
 
 #include <array>
@@ -41,15 +42,16 @@ class Random {
     return result;
   }
 
-  // In the open interval (0, 1): the middle of one of 2^52 equal parts, which a double holds exactly.
+  // Returns a number in the open interval (0, 1): the middle of one of 2^52 equal parts, exact in a
+  // double.
   double uniform() noexcept { return (static_cast<double>(bits() >> 12U) + 0.5) * 0x1.0p-52; }
   double uniform(double low, double high) noexcept { return low + (high - low) * uniform(); }
 
-  // Mean 0, standard deviation 1.
+  // Returns a normal number with mean 0 and standard deviation 1.
   double normal() noexcept {
     const double p = uniform();
     const double q = p - 0.5;
-    // clang-format off: the polynomials by Horner's scheme, a coefficient a step
+    // clang-format off: the polynomials by Horner's scheme, one coefficient per step
     if (std::abs(q) <= kCentral) {
       const double r = q * q;
       return (((((-3.969683028665376e+01 * r + 2.209460984245205e+02) * r - 2.759285104469687e+02) *
@@ -85,7 +87,7 @@ class Random {
   }
 
  private:
-  static constexpr double kCentral = 0.47575;  // beyond: the approximation for the tails
+  static constexpr double kCentral = 0.47575;  // above: the approximation for the tails
 
   static std::uint64_t rotate(std::uint64_t x, unsigned k) noexcept {
     return (x << k) | (x >> (64U - k));
@@ -93,11 +95,12 @@ class Random {
   std::array<std::uint64_t, 4> state_;
 };
 
-// A quarter of the state and coarser numbers (24 bits), for searches that begin anew from the same few numbers:
-// xorshift of 32 bits (Marsaglia, J. Statistical Software 8(14), 2003).
+// A generator with an eighth of the state and coarser numbers (24 bits), for searches that always
+// restart from the same few numbers: 32-bit xorshift (Marsaglia, J. Statistical Software 8(14),
+// 2003).
 class ShortRandom {
  public:
-  // In [0, 1).
+  // Returns a number in [0, 1).
   double uniform() noexcept {
     bits_ ^= bits_ << 13U;
     bits_ ^= bits_ >> 17U;

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// sqrt(a^2 + b^2), of values whose squares are far from the largest number.
+// Returns sqrt(a^2 + b^2) for values whose squares don't overflow.
 //
-// Not std::hypot, which Debian 12's C library rounds otherwise on arm64 than on x86-64.
+// Used instead of std::hypot, which the C library of Debian 12 rounds differently on arm64 and
+// x86-64.
 #pragma once
 
 #include <cmath>

@@ -1,17 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bounded search for the least value of a function without slopes: Subplex, a simplex search in
-// subspaces, for functions with kinks and small jumps. From NLopt, which whoever includes this links.
+// Subplex: finds the minimum of a function within bounds without derivatives, by simplex searches
+// in subspaces. It suits functions with kinks and small jumps. It is part of NLopt, so users of
+// this header link NLopt.
 //
-// Where the function is not finite it counts as very large.
+// A function value that is not finite counts as very large.
 //
-//   x  scaled so that a first step of `step` is a sensible one in each direction
+//   x  scaled so that each of `steps` is a sensible first step
 //
-// Errors: std::invalid_argument from NLopt where a start lies outside its bounds.
-// What it can't do: leave a valley whose walls are wider than the first steps; more than about twenty
+// Errors: std::invalid_argument from NLopt if the start is outside the bounds.
+// Limits: it can't leave a valley whose walls are wider than the first steps; at most about twenty
 // parameters.
 //
-// Sources: Rowan, Functional Stability Analysis of Numerical Algorithms (thesis, University of Texas,
-// 1990); Johnson, The NLopt nonlinear-optimization package (LN_SBPLX).
+// Sources: Rowan, Functional Stability Analysis of Numerical Algorithms (thesis, University of
+// Texas, 1990); Johnson, The NLopt nonlinear-optimization package (LN_SBPLX).
 #pragma once
 
 #include <cmath>
@@ -24,15 +25,16 @@ namespace loopwarden::numeric {
 
 struct SubplexSettings {
   int most_evaluations = 200;
-  // Content where the value and every parameter change by less.
+  // The search stops when the value changes by less than `value_change` (0: not used) or every
+  // parameter by less than `parameter_change`.
   double value_change = 0.0;
   double parameter_change = 1e-4;
 };
 
 using Objective = std::function<double(const std::vector<double>& x)>;
 
-// From `x`, which it moves to the best place found, within [low, high] in every direction. A first
-// step that would leave the bounds goes the other way. Returns the least value.
+// Searches from `x`, moves `x` to the best point within [low, high], and returns the least value. A
+// first step that would leave the bounds is reversed.
 inline double subplex(std::vector<double>& x, std::vector<double> steps, double low, double high,
                       const Objective& objective, const SubplexSettings& settings) {
   nlopt::opt search(nlopt::LN_SBPLX, static_cast<unsigned>(x.size()));
@@ -55,7 +57,7 @@ inline double subplex(std::vector<double>& x, std::vector<double> steps, double 
   try {
     search.optimize(x, reached);
   } catch (const nlopt::roundoff_limited&) {
-    // What it had reached is in `x`.
+    // `x` has the best point so far.
   }
   return reached;
 }

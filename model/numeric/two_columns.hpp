@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Least squares of y on two columns without a constant, from sums: y = p a + q b.
+// Least squares of y on two columns a and b without a constant, from sums: y = p a + q b.
 //
-//   p = (S_bb S_ay - S_ab S_by) / D,   q = (S_aa S_by - S_ab S_ay) / D,   D = S_aa S_bb - S_ab^2,   S_xy = sum x y
+//   p = (S_bb S_ay - S_ab S_by) / D,   q = (S_aa S_by - S_ab S_ay) / D
+//   D = S_aa S_bb - S_ab^2,            S_xy = sum x y
 //
-// Errors: none; `depends` says that the columns are one, and that there is no answer.
+// Errors: no exceptions; if `depends` returns true, the columns are proportional and there is no
+// answer.
 #pragma once
 
 #include <algorithm>
@@ -25,11 +27,11 @@ struct TwoColumns {
     ++count;
   }
   double determinant() const noexcept { return aa * bb - ab * ab; }
-  // D is no more than this share of what it is for columns at right angles.
+  // Returns whether D is at most `share` times the D of orthogonal columns.
   bool depends(double share) const noexcept { return !(determinant() > share * aa * bb); }
   double p() const noexcept { return (bb * ay - ab * by) / determinant(); }
   double q() const noexcept { return (aa * by - ab * ay) / determinant(); }
-  // Sum of squares that the answer leaves.
+  // Returns the sum of the squared errors y - p a - q b.
   double left() const noexcept { return std::max(0.0, yy - p() * ay - q() * by); }
 };
 

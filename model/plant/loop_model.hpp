@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A loop as its engineers believe it to be: plain data, read from a model file by config/.
+// The model of a loop as its engineers believe it to be: plain data that config/ reads from a model
+// file.
 #pragma once
 
 #include <cstdint>
@@ -25,7 +26,9 @@ struct ScheduledFault {
   friend bool operator==(const ScheduledFault&, const ScheduledFault&) = default;
 };
 
-struct ProcessUncertainty {  // relative, what a fit may move without calling it an effect
+// Relative uncertainty of the process: a fit can change it by this much without reporting an
+// effect.
+struct ProcessUncertainty {
   double gain = 0.03;
   double time_constant = 0.06;
   double dead_time = 0.03;
@@ -33,30 +36,32 @@ struct ProcessUncertainty {  // relative, what a fit may move without calling it
   friend bool operator==(const ProcessUncertainty&, const ProcessUncertainty&) = default;
 };
 
-// The load in a healthy record, PV units (monitor/load_watch.hpp).
+// The disturbance in a healthy record, PV units (monitor/load_watch.hpp).
 struct SeenLoad {
-  double mean = 0.0;       // of PV less the twin's
-  double deviation = 0.0;  // of its means over minutes
-  double step = 0.0;       // the largest
+  double mean = 0.0;       // mean of PV minus PV of the twin
+  double deviation = 0.0;  // standard deviation of its means over minutes
+  double step = 0.0;       // its largest step
 
   friend bool operator==(const SeenLoad&, const SeenLoad&) = default;
 };
 
-// How far a healthy record's CO is from what the twin's controller makes of SP and PV (monitor/controller_watch.hpp).
+// The difference between CO of a healthy record and CO of the twin's controller for the same SP and
+// PV (monitor/controller_watch.hpp).
 struct SeenController {
   double rms = 0.0;         // CO units
-  double resolution = 0.0;  // of CO, CO units
+  double resolution = 0.0;  // resolution of CO, CO units
 
   friend bool operator==(const SeenController&, const SeenController&) = default;
 };
 
-// How sure a record is of the model's parameters: for training, and for what watches the loop.
+// The confidence of a model that was fitted to a healthy record, for training and for the
+// monitoring.
 struct TwinFit {
   std::vector<std::string> parameters;          // gain, time_constant, dead_time
   std::vector<std::vector<double>> covariance;  // of their natural logarithms
-  // What the healthy record itself reaches of z (monitor/twin_watch.hpp); 0: not known.
+  // The largest z of the healthy record itself (monitor/twin_watch.hpp); 0: unknown.
   double largest = 0.0;
-  // Where its PV and CO were, in their units: elsewhere the twin is extrapolated.
+  // The ranges of PV and CO in the record, in their units. Outside them the twin extrapolates.
   double seen_low = -std::numeric_limits<double>::infinity();
   double seen_high = std::numeric_limits<double>::infinity();
   double co_low = -std::numeric_limits<double>::infinity();
@@ -79,7 +84,7 @@ struct Scenario {
 struct LoopModel {
   double sample_time_s = 0.1;  // s
   control::ControllerSettings controller;
-  bool has_valve = true;  // else nothing that could stick: a heater, a pump, a drive
+  bool has_valve = true;  // false: a heater, a pump or a drive, which can't stick
   std::vector<effects::EffectSpec> valve_effects;  // in the order in which CO meets them
   ProcessParameters process;
   std::vector<effects::EffectSpec> process_effects;
@@ -88,13 +93,13 @@ struct LoopModel {
   std::vector<effects::EffectSpec> transmitter_effects;
   std::vector<effects::EffectSpec> disturbances;
   Scenario scenario;
-  std::optional<TwinFit> twin;  // where it was commissioned
+  std::optional<TwinFit> twin;  // present if the model was commissioned
 
   friend bool operator==(const LoopModel&, const LoopModel&) = default;
 };
 
-// How long the loop goes on answering to a move of CO, s: lags and dead time; an integrating process settles as its
-// controller lets it, in 1 / (gain kp).
+// Returns the duration of the response to a move of CO, s: lags plus dead time. An integrating
+// process counts with the settling by its controller, 1 / (gain kp).
 double answer_s(const LoopModel& model) noexcept;
 
 // Returns `model` with an ideal transmitter and without random disturbances.

@@ -43,7 +43,7 @@ Plant::Plant(const LoopModel& model, std::uint64_t seed)
                                  .dead_time_s = model.process.dead_time_s};
   const auto add = [&](effects::EffectChain& chain, effects::Block block, effects::EffectSpec spec,
                        const effects::Schedule& schedule) {
-    ++context.seed;  // each random effect has a stream of its own
+    ++context.seed;  // each random effect has a separate stream
     effects::complete(spec, context);
     effects::check_effect(spec, block, context);
     effects::Effect effect = effects::make_effect(spec, context);
@@ -89,7 +89,7 @@ double Plant::output_for(double pv) const {
   double low = output_low_;
   double high = output_high_;
   const bool rising = rest_pv(high) >= rest_pv(low);
-  for (int i = 0; i < 60; ++i) {  // halves the span below any resolution
+  for (int i = 0; i < 60; ++i) {  // 60 halvings make the span smaller than any resolution
     const double middle = (low + high) / 2.0;
     ((rest_pv(middle) < pv) == rising ? low : high) = middle;
   }

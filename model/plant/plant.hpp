@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// The plant as the controller sees it: from CO to PV.
+// The plant from CO to PV, as the controller sees it.
 //
 //   CO -> valve effects -> stem, flow -> process effects -> process -> disturbances
 //      -> transmitter effects -> transmitter -> effects of its reading -> PV
 //
-// Fixed step. PV at sample k+1 follows from CO held since sample k. Made once from a LoopModel, it
-// then neither allocates nor throws; a copy continues exactly like the original.
+// The step is fixed. PV at sample k+1 results from CO held since sample k. After the construction
+// from a LoopModel it neither allocates nor throws. A copy continues exactly like the original.
 #pragma once
 
 #include <cstdint>
@@ -19,25 +19,25 @@ namespace loopwarden::plant {
 
 class Plant {
  public:
-  // Throws EffectError for a model that check_effect() would refuse. Random numbers derive from
-  // `seed`; the model's scheduled faults are part of the plant.
+  // Throws EffectError for a model that check_effect() rejects. Random numbers derive from `seed`.
+  // The scheduled faults of the model are part of the plant.
   Plant(const LoopModel& model, std::uint64_t seed);
 
-  // Rest at `co`, at time 0. An integrating process rests where the scenario's set point begins, or in
-  // the middle of the transmitter's range.
+  // Sets the plant to rest at `co`, at time 0. An integrating process rests at the first set point
+  // of the scenario, or in the middle of the transmitter's range.
   void reset(double co) noexcept;
-  // The CO at which the plant at rest gives `pv`, within the output's range: where to start from. The
-  // middle of the range where the process integrates: there it rests at any.
+  // Returns the CO at which the plant rests at `pv`, within the range of the output, as a start.
+  // For an integrating process, which can rest at any CO, it is the middle of the range.
   double output_for(double pv) const;
 
-  // One period with `co` held. Returns PV at its end.
+  // Steps one period with `co` held. Returns PV at its end.
   double step(double co) noexcept;
 
   double process_variable() const noexcept { return pv_; }            // measured, PV units
   double true_process_variable() const noexcept { return true_pv_; }  // before the transmitter
   double stem() const noexcept { return stem_; }                      // stem travel, CO units
   double time_s() const noexcept { return static_cast<double>(samples_) * sample_time_s_; }
-  // Largest severity of the scheduled faults now.
+  // Returns the largest present severity of the scheduled faults.
   double fault_severity() const noexcept;
 
  private:
@@ -48,7 +48,7 @@ class Plant {
   effects::EffectChain process_effects_;
   Process process_;
   bool integrating_;
-  double level_;  // PV units at CO 0; an integrating process starts there at any CO
+  double level_;  // PV at CO 0, PV units; an integrating process starts at this PV for any CO
   effects::EffectChain disturbances_;
   effects::EffectChain transmitter_effects_;
   Transmitter transmitter_;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The process: gain, one or two first-order lags and dead time; or an integrator in the place of the first.
+// The process: gain, one or two first-order lags, and dead time. An integrator can replace the
+// first lag.
 //
 //   self-regulating   T q1' = K u(t - L) - q1         T2 q' = q1 - (q - level)
 //   integrating          q1' = K (u(t - L) - u0)      T2 q' = q1 - q
@@ -10,16 +11,18 @@
 //   two in series by partial fractions: q = K (T x_T - T2 x_T2)/(T - T2), q = q0 + K (x - T2 x_T2)
 //
 //   level  PV at u = 0 at rest, PV units
-//   u  flow command, CO units     q  PV units     K  gain, PV units / CO unit; integrating: PV units / (CO unit s)
-//   T  time_constant, s, > 0      T2  second_time_constant, s, >= 0; 0: none
-//   L  dead_time, s, >= 0         h  s           u0  at which an integrating process stands still: u at reset()
+//   u  flow command, CO units     q  PV units
+//   K  gain, PV units / CO unit; integrating: PV units / (CO unit s)
+//   T  time_constant, s, > 0      T2  second_time_constant, s, >= 0; 0: no second lag
+//   L  dead_time, s, >= 0         h  s
+//   u0  u at which an integrating process rests: u at reset()
 //
-// Equal lags are kept apart by a thousandth, which q does not show.
+// Equal lags are changed to differ by a thousandth, which has no visible effect on q.
 //
-// Errors: the constructor throws std::length_error for a dead time beyond what fits in memory; a
-// non-finite u gives a non-finite q until the next reset.
-// What it can't do: linear about zero (self-regulating) or about where it was reset (integrating); an
-// integrating process has no ends: a tank neither runs over nor dry.
+// Errors: the constructor throws std::length_error if the dead time doesn't fit in memory; if u is
+// not finite, neither is q until the next reset.
+// Limits: linear about zero (self-regulating) or about the state at the reset (integrating); an
+// integrating process has no ends: a tank neither overflows nor runs dry.
 //
 // Source: Åström and Wittenmark, Computer-Controlled Systems (1997), section 2.3 (time delay).
 #pragma once
@@ -37,16 +40,16 @@ const char* to_text(ProcessKind kind) noexcept;
 
 struct ProcessParameters {
   double gain = 1.0;                    // PV units / CO unit; integrating: PV units / (CO unit s)
-  double time_constant_s = 1.0;         // s; of no account where integrating
+  double time_constant_s = 1.0;         // s; ignored if integrating
   double dead_time_s = 0.0;             // s
-  double second_time_constant_s = 0.0;  // s, 0: none
+  double second_time_constant_s = 0.0;  // s; 0: no second lag
   ProcessKind kind = ProcessKind::self_regulating;
-  // PV units, PV at CO 0 without disturbance; nothing: the file does not state it, and a simulation
-  // takes 0. A self-regulating process only.
+  // PV at CO 0 without disturbance, PV units. Empty if the file doesn't state it; a simulation then
+  // uses 0. Only for a self-regulating process.
   std::optional<double> level{};
 
   bool integrating() const noexcept { return kind == ProcessKind::integrating; }
-  // The lags and the dead time together; an integrator counts nothing.
+  // Returns the sum of the lags and the dead time, s; an integrator counts as 0.
   double lags_and_dead_time_s() const noexcept {
     return (integrating() ? 0.0 : time_constant_s) + second_time_constant_s + dead_time_s;
   }
@@ -58,7 +61,8 @@ class Process {
  public:
   Process(const ProcessParameters& parameters, double period_s);
 
-  // Rest at `u`. `level`, PV units: PV at u = 0; an integrating process rests there at every u.
+  // Sets the process to rest at `u` and returns PV. `level`, PV units: PV at u = 0; an integrating
+  // process rests at `level` for every u.
   double reset(double u, double level = 0.0) noexcept;
   double step(double u) noexcept {
     line_.push(u - balance_);
@@ -77,7 +81,7 @@ class Process {
   double keep_;            // a of the lag, 1 of the integrator
   double early_ = 0.0;     // weight of the older input, with the gain
   double late_ = 0.0;      // weight of the newer input, with the gain
-  double lag_keep_ = 0.0;  // the same of the second lag
+  double lag_keep_ = 0.0;  // the same for the second lag
   double lag_early_ = 0.0;
   double lag_late_ = 0.0;
   double share_ = 1.0;  // partial fractions
@@ -85,7 +89,7 @@ class Process {
   std::size_t whole_;  // n
   effects::DelayLine line_;
   double balance_ = 0.0;  // u0, CO units
-  double level_ = 0.0;    // PV units, what reset() was given
+  double level_ = 0.0;    // PV units, `level` of reset()
   double first_ = 0.0;    // PV units
   double lag_ = 0.0;      // PV units
 };

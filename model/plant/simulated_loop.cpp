@@ -7,7 +7,8 @@
 namespace loopwarden::plant {
 namespace {
 
-// The converter's rounding is no windup.
+// Returns the settings with a tolerance that keeps the rounding by the converter from counting as
+// windup.
 control::ControllerSettings with_resolution(control::ControllerSettings settings,
                                             double output_resolution) {
   settings.pid.tolerance = std::max(settings.pid.tolerance, output_resolution);

@@ -4,10 +4,11 @@
 //   y = lo + r round( (clamp(q + N n, lo, hi) - lo) / r )
 //
 //   q, y, lo, hi  PV units     N  noise, standard deviation, PV units, >= 0
-//   r  resolution, PV units, >= 0 (0: none)     n  normal with standard deviation 1, from a seed
+//   r  resolution, PV units, >= 0 (0: no rounding)
+//   n  normal with standard deviation 1, from a seed
 //
-// Errors: none; a q that is not a number reads as lo. (hi - lo) / r must stay below 2^53.
-// What it can't do: white noise only. Lag, bias and drift are effects of their own.
+// Errors: no exceptions; if q is not a number, y = lo. (hi - lo) / r must stay below 2^53.
+// Limits: only white noise. Lag, bias and drift are separate effects.
 #pragma once
 
 #include <algorithm>
@@ -35,9 +36,9 @@ class Transmitter {
   double step(double q) noexcept {
     const TransmitterParameters& p = parameters_;
     if (p.noise > 0.0) q += p.noise * random_.normal();
-    q = q >= p.low ? std::min(q, p.high) : p.low;  // what is not a number reads as low
+    q = q >= p.low ? std::min(q, p.high) : p.low;  // if q is not a number, y = lo
     if (p.resolution > 0.0) {
-      // Not negative after the clamp, so that the cast rounds to the nearest step.
+      // The value is not negative after the clamp, so the cast rounds to the nearest step.
       // NOLINTNEXTLINE(bugprone-incorrect-roundings): lround is a call, and q - low is not negative
       const auto steps = static_cast<std::int64_t>((q - p.low) / p.resolution + 0.5);
       q = p.low + p.resolution * static_cast<double>(steps);

@@ -55,7 +55,8 @@ class ConditionWatch {
   void add(const Cycle& cycle, const Troubles& troubles) noexcept;
   // Adds a window that ends with the newest cycle. `conditions`: of a judged window, otherwise
   // null.
-  void window(const alarm::WindowMeasures& measures, const alarm::AlarmConditions* conditions) noexcept;
+  void window(const alarm::WindowMeasures& measures,
+              const alarm::AlarmConditions* conditions) noexcept;
   // Sets the conditions from routine evidence or a twin. Returns true if the verdict has changed.
   bool verdict(const alarm::AlarmConditions& conditions) noexcept;
   // Returns the measures of a window that ends with the newest cycle. They lack the stick if the
@@ -95,10 +96,10 @@ class ConditionWatch {
   double block_error_ = 0.0;  // CO units, sum of CO - stem
   double last_error_ = 0.0;   // CO units
   std::uint64_t last_period_ = 0;
-  std::uint64_t changed_ = 0;     // first cycle after the last change of verdict; 0: no change yet
-  bool any_ = false;              // a cycle has been seen
-  bool read_back_seen_ = false;   // and a read-back
-  bool pv_frozen_ = false;        // by the newest cycle
+  std::uint64_t changed_ = 0;    // first cycle after the last change of verdict; 0: no change yet
+  bool any_ = false;             // a cycle has been seen
+  bool read_back_seen_ = false;  // and a read-back
+  bool pv_frozen_ = false;       // by the newest cycle
   alarm::AlarmConditions conditions_{};  // the newest
   analysis::ConditionInputs inputs_;
 };

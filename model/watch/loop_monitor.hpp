@@ -68,8 +68,9 @@ class LoopMonitor {
   // effects::EffectError for a twin that can't be stepped. `foreign_controller`: the twin's
   // controller is watched as well. Set it to false if this program runs the loop: then it changes
   // gains, jacket and compensator itself, and the journal has each change.
-  LoopMonitor(const WindowSettings& window, const alarm::VerdictRuleSettings& rule, alarm::WindowJudge* judge,
-              const plant::LoopModel* twin = nullptr, bool foreign_controller = true)
+  LoopMonitor(const WindowSettings& window, const alarm::VerdictRuleSettings& rule,
+              alarm::WindowJudge* judge, const plant::LoopModel* twin = nullptr,
+              bool foreign_controller = true)
       : builder_(window), rule_(rule), judge_(judge) {
     if (window.routine) routine_.emplace(window);
     if (twin != nullptr) twin_.emplace(*twin);

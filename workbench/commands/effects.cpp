@@ -174,7 +174,7 @@ std::string effects_markdown() {
     meaning.front() = static_cast<char>(std::toupper(static_cast<unsigned char>(meaning.front())));
     text += fmt::format("\n## {}\n\n{}. Block: {}.", entry.name, meaning, blocks_of(entry));
     if (*entry.header != '\0') {
-      text += fmt::format(" Equation and source: [`{0}`](../model/plant/{0}).", entry.header);
+      text += fmt::format(" Equation and source: [`{0}`](../model/effects/{0}).", entry.header);
     }
     text += "\n\n| parameter | value | default | meaning |\n|---|---|---|---|\n";
     for (const ParameterRow& row : rows_of(entry)) {

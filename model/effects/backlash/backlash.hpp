@@ -3,10 +3,10 @@
 //
 //   x(k) = clamp( x(k-1), u - D/2, u + D/2 )
 //
-//   u, x  CO units     D  deadband, CO units, >= 0: all that CO loses on a reversal
+//   u, x  CO units     D  deadband, CO units, >= 0: travel that CO loses on a reversal
 //
-// Errors: none; a u that is not a number leaves x where it is.
-// What it can't do: no inertia, no slip jump (see stiction), no wear along the travel.
+// Errors: no exceptions; if u is not a number, x keeps its value.
+// Limits: no inertia, no slip jump (see stiction), no wear along the travel.
 //
 // Source: Tao and Kokotovic, Adaptive Control of Systems with Actuator and Sensor Nonlinearities
 // (Wiley 1996), ch. 2 (friction-driven backlash).
@@ -16,7 +16,7 @@
 
 namespace loopwarden::effects {
 
-// The equation, of one stem (N a number) or of several side by side (numeric/lanes.hpp).
+// The equation for one stem (N is a number) or for several stems in parallel (numeric/lanes.hpp).
 template <class N>
 struct PlayLaw {
   N half;  // D/2

@@ -22,7 +22,7 @@ Descriptor describe() {
       .name = "backlash",
       .blocks = {Block::valve},
       .parameters = {at_least_zero("deadband", "CO units", "all that CO loses on a reversal")},
-      .header = "backlash.hpp",
+      .header = "backlash/backlash.hpp",
       .make = [](const SpecReader& read, const EffectContext&) -> Effect {
         return Backlash(read.value("deadband"));
       },

@@ -1,21 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
 // Cam obstruction: the stem sticks and jumps at one place of its travel (effect `cam_obstruction`).
 //
-// A bump on the positioner's cam holds the follower until CO has pushed far enough, on the way up
-// and on the way down. Below it the stem follows u, beyond it at an offset of band - jump:
+// A bump on the cam of the positioner holds the follower until CO has moved far enough, up and
+// down. Below the bump the stem follows u, above it with an offset of band - jump:
 //
 //   below:  x = min(u, P);                      passes when u > P + B
 //   above:  x = max(u - (B - J), P + J);        passes back when u < P
 //
-//   u, x  CO units     P  position, CO units     B  band, CO units, > 0: CO that it takes to pass
-//   J     jump, CO units, 0 <= J <= B: how far the stem then jumps
+//   u, x  CO units     P  position, CO units
+//   B     band, CO units, > 0: move of CO that passes the bump
+//   J     jump, CO units, 0 <= J <= B: jump of the stem at the bump
 //
 // Severity p fades it in as p B and p J.
-// Errors: none; a u that is not a number gives such an x, and the stem stays on its side.
-// What it can't do: no dynamics of the jump; friction elsewhere along the travel is `stiction`.
+// Errors: no exceptions; if u is not a number, neither is x, and the stem stays on its side.
+// Limits: no dynamics of the jump; friction elsewhere along the travel is `stiction`.
 //
 // Source: Sewdass, thesis (Durban University of Technology), section 7.3.2 and figure 7.7: the
-// obstruction by which its stiction signatures were made.
+// obstruction that produced the stiction signatures of the thesis.
 #pragma once
 
 #include <algorithm>

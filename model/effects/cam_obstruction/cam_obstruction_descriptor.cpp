@@ -13,7 +13,8 @@ void check(const SpecReader& read, const EffectContext&) {
   }
 }
 
-// CO must have come into the band from above and from below, each time from beyond another band.
+// Returns whether CO entered the band from above and from below, each time from at least one more
+// band away.
 bool shows_place(Candidate::Values v, Candidate::Values co) {
   const auto beyond = [&](double u) {
     return u > v[0] + 2.0 * v[1] ? 1 : u < v[0] - 2.0 * v[1] ? -1 : 0;
@@ -60,7 +61,7 @@ Descriptor describe() {
                          above_zero("band", "CO units", "CO that it takes to pass"),
                          at_least_zero("jump", "CO units",
                                        "how far the stem then jumps, at most band")},
-          .header = "cam_obstruction.hpp",
+          .header = "cam_obstruction/cam_obstruction.hpp",
           .check = check,
           .make = [](const SpecReader& read, const EffectContext&) -> Effect {
             return CamObstruction(read.value("position"), read.value("band"), read.value("jump"));

@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-// Measurement that ends inside its range (effect `clipped_measurement`).
+// A measurement that is clipped inside its range (effect `clipped_measurement`).
 //
 //   y = clamp(q, lo, hi)
 //
-//   q, y  PV units, what the transmitter puts out, noise included     lo, hi  low and high, PV units,
-//   lo < hi; either may be absent
+//   q, y    PV units, output of the transmitter with its noise
+//   lo, hi  low and high, PV units, lo < hi; one of them can be absent
 //
-// Seen with a transmitter whose span was set too small, a converter or an isolator that saturates, a scaling
-// in the control system that stops short, a float at its stop.
+// Causes: a span of the transmitter that is too small, a converter or an isolator that saturates, a
+// scaling in the control system that is too narrow, a float at its stop.
 //
 // Severity p fades it in as q + p (y - q).
-// Errors: none; a q that is not a number stays so.
-// What it can't do: beyond its end the record holds nothing of PV, so a fit can only count such samples as
-// a bound.
+// Errors: no exceptions; if q is not a number, neither is y.
+// Limits: beyond an end the record has no information about PV, so a fit can use such samples only
+// as a bound.
 //
 // Source: Tobin, Econometrica 26 (1958) 24-36 (censored observations).
 #pragma once

@@ -15,7 +15,8 @@ void check(const SpecReader& read, const EffectContext&) {
   }
 }
 
-// Ends in the outer half of where PV was; exactly flat ones are found without a search (model/gap/reading.hpp).
+// The search covers ends in the outer half of the range of PV. Ends at which PV is exactly flat are
+// found without a search (model/gap/reading.hpp).
 void candidates(const SearchContext& c, std::vector<Candidate>& all) {
   constexpr int kPlaces = 24;
   const double middle = (c.pv_low + c.pv_high) / 2.0;
@@ -25,7 +26,7 @@ void candidates(const SearchContext& c, std::vector<Candidate>& all) {
                                    : between("low", c.pv_low - beyond, middle, false, kPlaces);
     all.push_back({.block = Block::transmitter,
                    .parameters = 1,
-                   .prior_nats = 1.0,  // two places where to look
+                   .prior_nats = 1.0,  // the search has two ends to choose from
                    .search = {range},
                    .hides = true});
   }
@@ -40,7 +41,7 @@ Descriptor describe() {
       .blocks = {Block::transmitter},
       .parameters = {optional(any_value("low", "PV units", "no reading is below"), -kInfinity),
                      optional(any_value("high", "PV units", "no reading is above"), kInfinity)},
-      .header = "clipped_measurement.hpp",
+      .header = "clipped_measurement/clipped_measurement.hpp",
       .check = check,
       .make = [](const SpecReader& read, const EffectContext&) -> Effect {
         return ClippedMeasurement(read.value("low"), read.value("high"));

@@ -1,20 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
-// Creep: the last bit of every move comes late (effect `creep`).
+// Creep: the last part of every move is late (effect `creep`).
 //
 //   x = u - z     z(k) = clamp( e^(-h/T) z(k-1) + u(k) - u(k-1), -A, A )
 //
-//   u, x  CO units     z  what is still to come, CO units     A  amount, CO units, >= 0: the most of it
+//   u, x  CO units     z  late part of the move, CO units     A  amount, CO units, >= 0: limit of z
 //   T  time_constant, s, > 0     h  s
 //
-// A small move comes late as a whole, as behind a lag; of a large one all but A comes at once. Elastomers and packings
-// that relax, a positioner whose integral action ends the travel.
+// A small move is late as a whole, as after a lag. Of a large move only A is late and the other
+// part is immediate.
+// Causes: elastomers and packings that relax, a positioner whose integral action ends the travel.
 //
 // Severity p fades it in as p A.
-// Errors: none; a non-finite u gives a non-finite x until the next reset.
-// What it can't do: one time constant; real relaxation goes on with the logarithm of time.
+// Errors: no exceptions; if u is not finite, neither is x until the next reset.
+// Limits: one time constant; real relaxation continues with the logarithm of time.
 //
-// Source: Findley, Lai and Onaran, Creep and Relaxation of Nonlinear Viscoelastic Materials (1976): standard linear
-// solid, whose slow part is limited here.
+// Source: Findley, Lai and Onaran, Creep and Relaxation of Nonlinear Viscoelastic Materials (1976):
+// standard linear solid, whose slow part is limited here.
 #pragma once
 
 #include <algorithm>
@@ -39,7 +40,7 @@ class Creep {
     last_ = u;
     return u - late_;
   }
-  bool limited() const noexcept { return limited_; }  // not all of the move came late
+  bool limited() const noexcept { return limited_; }  // part of the move was immediate
 
  private:
   double full_;    // CO units

@@ -6,7 +6,8 @@
 namespace loopwarden::effects::creep {
 namespace {
 
-// Share of the samples at which a part of the move comes at once; without them it is a bare lag.
+// Returns the share of the samples at which part of the move is immediate. Without such samples the
+// effect is only a lag.
 double limited(Candidate::Values v, Candidate::Values co, double period_s) {
   if (co.empty()) return 0.0;
   Creep creep(v[0], v[1], period_s);
@@ -22,7 +23,7 @@ double limited(Candidate::Values v, Candidate::Values co, double period_s) {
 void candidates(const SearchContext& c, std::vector<Candidate>& all) {
   all.push_back(
       {.parameters = 2,
-       .prior_nats = 2.0,  // rarer than a lag or a play, which look alike in a busy record
+       .prior_nats = 2.0,  // rarer than lag and backlash, which look alike if CO moves often
        .search = {{"amount", 0.005 * c.span(), 0.1 * c.span(), true, 5},
                   between("time_constant", std::max(0.5 * c.slow_s(), 2.0 * c.period_s),
                           0.3 * c.duration_s, true, 5)},
@@ -36,10 +37,9 @@ Descriptor describe() {
       .number = 32,
       .name = "creep",
       .blocks = {Block::valve},
-      .parameters = {at_least_zero("amount", "CO units",
-                                   "so much of a move, at the most, comes late"),
-                     above_zero("time_constant", "s", "of what comes late")},
-      .header = "creep.hpp",
+      .parameters = {at_least_zero("amount", "CO units", "greatest part of a move that is late"),
+                     above_zero("time_constant", "s", "of the late part")},
+      .header = "creep/creep.hpp",
       .make = [](const SpecReader& read, const EffectContext& context) -> Effect {
         return Creep(read.value("amount"), read.value("time_constant"), context.sample_time_s);
       },

@@ -1,18 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 // A motor drive with a dead band (effect `deadband_drive`).
 //
-//   at rest:   x stays until |u - x| > B; then it sets off
-//   on its way x' = R sign(u - x), until x = u; then it rests
+//   at rest:   x' = 0, until |u - x| > B; then it starts
+//   moving:    x' = R sign(u - x), until x = u; then it stops
 //
 //   u, x  CO units     B  band, CO units, >= 0     R  rate, CO units/s, > 0
 //
-// Solved exactly over a period with u held. Severity p fades it in as band p B and rate R/p.
+// Solved exactly over a period with u held.
+// Severity p fades it in as band p B and rate R/p.
 //
-// Errors: none; a non-finite u leaves the stem where it is.
-// What it can't do: the motor neither overruns nor takes time to start; another rate on closing is none of it.
+// Errors: no exceptions; if u is not finite, the stem keeps its position.
+// Limits: the motor starts without delay and never overruns; the rate on closing equals that on
+// opening.
 //
-// Source: three-position control of electric actuators: Merz, Regelungstechnik im Maschinenbau und Anlagenbau
-// (three-step controller with motor actuator); IEC 60534-4 (dead band).
+// Source: three-position control of electric actuators: Merz, Regelungstechnik im Maschinenbau und
+// Anlagenbau (three-step controller with motor actuator); IEC 60534-4 (dead band).
 #pragma once
 
 #include <algorithm>
@@ -42,7 +44,7 @@ class DeadbandDrive {
     moves_ = false;
     return x_ = u;
   }
-  bool moves() const noexcept { return moves_; }  // and has not arrived
+  bool moves() const noexcept { return moves_; }  // the drive has not reached u yet
 
  private:
   double full_band_, full_move_;  // CO units

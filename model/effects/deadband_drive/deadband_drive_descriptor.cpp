@@ -6,7 +6,8 @@
 namespace loopwarden::effects::deadband_drive {
 namespace {
 
-// Share of the samples at which the drive is still on its way; without them it is a band alone.
+// Returns the share of the samples at which the drive is still moving. Without such samples the
+// effect is only a band.
 double on_its_way(Candidate::Values v, Candidate::Values co, double period_s) {
   if (co.empty()) return 0.0;
   DeadbandDrive drive(v[0], v[1], period_s);
@@ -42,7 +43,7 @@ Descriptor describe() {
           .parameters = {at_least_zero("band", "CO units",
                                        "the command must be so far away before the drive moves"),
                          above_zero("rate", "CO units/s", "of the drive, until it is there")},
-          .header = "deadband_drive.hpp",
+          .header = "deadband_drive/deadband_drive.hpp",
           .make = [](const SpecReader& read, const EffectContext& context) -> Effect {
             return DeadbandDrive(read.value("band"), read.value("rate"), context.sample_time_s);
           },

@@ -3,7 +3,7 @@
 //
 //   y = q + R t     q, y  PV units     R  rate, PV units/s     t  s, from the start of the record
 //
-// What it can't do: no saturation of its own; the transmitter's range ends it.
+// Limits: no separate saturation; the range of the transmitter ends the drift.
 #pragma once
 
 namespace loopwarden::effects {

@@ -27,7 +27,7 @@ Descriptor describe() {
           .name = "drift",
           .blocks = {Block::transmitter},
           .parameters = {any_value("rate", "PV units/s", "from the start of the record")},
-          .header = "drift.hpp",
+          .header = "drift/drift.hpp",
           .make = [](const SpecReader& read, const EffectContext&) -> Effect {
             return Drift(read.value("rate"));
           },

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// Dead time on top of the process's own (effect `extra_dead_time`).
+// Dead time in addition to that of the process (effect `extra_dead_time`).
 //
 //   x(t) = u(t - T),  linear between samples
 //
 //   u, x  same units     T  seconds, s, >= 0
 //
 // Severity p fades it in as p T.
-// Errors: the constructor throws std::length_error for a dead time beyond what fits in memory.
-// What it can't do: between samples it draws a straight line where the held signal has a step.
+// Errors: the constructor throws std::length_error if the dead time doesn't fit in memory.
+// Limits: between samples it interpolates linearly, although the held signal has a step.
 #pragma once
 
 #include <cstddef>

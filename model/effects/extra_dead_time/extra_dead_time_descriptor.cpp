@@ -29,7 +29,7 @@ Descriptor describe() {
       .name = "extra_dead_time",
       .blocks = {Block::process},
       .parameters = {at_least_zero("seconds", "s", "on top of the process's own")},
-      .header = "extra_dead_time.hpp",
+      .header = "extra_dead_time/extra_dead_time.hpp",
       .check = check,
       .make = [](const SpecReader& read, const EffectContext& context) -> Effect {
         return ExtraDeadTime(read.value("seconds"), context.sample_time_s);

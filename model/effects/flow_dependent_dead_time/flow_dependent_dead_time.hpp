@@ -1,24 +1,26 @@
 // SPDX-License-Identifier: Apache-2.0
-// Dead time that follows the flow (effect `flow_dependent_dead_time`): what leaves a pipe is as old as the
-// pipe takes to be displaced.
+// Dead time that depends on the flow (effect `flow_dependent_dead_time`): the fluid that leaves a
+// pipe is as old as the time in which the flow displaces the content of the pipe.
 //
 //   x(t) = u(t - L(t)),   integral of max(u/N, 0.1)^n over [t - L(t), t] = L0
 //
-// At rest L = L0 (N/u)^n, or with PV for the flow L0 (nominal PV/PV)^n.
+// At rest L = L0 (N/u)^n. If PV is the flow, L = L0 (nominal PV/PV)^n.
 //
-//   u, x  CO units, the flow as the opening that the installed valve would need linearly
-//   L0    s, the process's own dead time, in whose place it stands
+//   u, x  CO units, the flow as the opening of a linear installed valve
+//   L0    s, the dead time of the process, which this law replaces
 //   N     nominal, CO units, > 0: the flow at which the dead time is L0
 //   n     exponent, 0 to 3; 1: plug flow through a pipe
 //
-// Seen where what is measured travels with what is controlled: temperature or concentration behind a pipe, solids on a belt of
-// varying speed, a sample line.
+// Occurs if the measured property travels with the controlled flow: temperature or concentration at
+// the end of a pipe, solids on a belt of varying speed, a sample line.
 //
-// Severity p fades it in as p n. Flows below a tenth of N count as that, and no dead time is longer than ten times L0.
-// Errors: the constructor throws std::length_error for a dead time beyond what fits in memory.
-// What it can't do: mixing on the way; a pipe whose flow another valve sets.
+// Severity p fades it in as p n. Flows below N/10 count as N/10, and no dead time is longer than 10
+// L0.
+// Errors: the constructor throws std::length_error if the dead time doesn't fit in memory.
+// Limits: no mixing in the pipe; not for a pipe whose flow another valve sets.
 //
-// Source: Zenger and Niemi, Automatica 45 (2009) 1291-1298 (processes with varying transport delay).
+// Source: Zenger and Niemi, Automatica 45 (2009) 1291-1298 (processes with varying transport
+// delay).
 #pragma once
 
 #include <algorithm>
@@ -50,7 +52,7 @@ class FlowDependentDeadTime {
     return u;
   }
   double step(double u) noexcept {
-    // What came in during the sample before has moved on: it displaces from now on.
+    // The inflow of the previous sample is now in the pipe and counts as displaced volume.
     displaced_ += pace_.at(0);
     ++whole_;
     signal_.push(u);
@@ -65,9 +67,9 @@ class FlowDependentDeadTime {
 
  private:
   static constexpr double kLongest = 10.0;   // times the nominal dead time
-  static constexpr double kLeastFlow = 0.1;  // of the nominal one
+  static constexpr double kLeastFlow = 0.1;  // share of the nominal flow
 
-  // Samples of the nominal flow that one sample of u displaces.
+  // Returns the displacement by one sample of u, in samples of the nominal flow.
   double pace_at(double u) const noexcept {
     const double ratio = u / nominal_;
     return std::pow(ratio > kLeastFlow ? ratio : kLeastFlow, exponent_);
@@ -75,13 +77,13 @@ class FlowDependentDeadTime {
 
   double samples_;       // L0, in samples
   double full_;          // n
-  double exponent_;      // n, as far as it is there
+  double exponent_;      // n at the present severity
   double nominal_;       // CO units
   std::size_t longest_;  // samples
   DelayLine signal_;     // CO units
   DelayLine pace_;
-  std::size_t whole_ = 0;   // samples that have come in and not out
-  double displaced_ = 0.0;  // by them, in samples of the nominal flow
+  std::size_t whole_ = 0;   // number of samples in the pipe
+  double displaced_ = 0.0;  // their displacement, in samples of the nominal flow
 };
 
 }  // namespace loopwarden::effects

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Change of the process gain (effect `gain_change`).
 //
-//   x = F u         u, x  CO units, at the input of the process     F  factor, > 0, 1: none
+//   x = F u         u, x  CO units, at the input of the process     F  factor, > 0; 1: no change
 //
 // Severity p fades it in as factor 1 + p (F - 1).
-// What it can't do: a gain that depends on the operating point is `valve_characteristic`.
+// Limits: no gain that depends on the operating point, which is `valve_characteristic`.
 #pragma once
 
 namespace loopwarden::effects {

@@ -24,7 +24,7 @@ Descriptor describe() {
       .name = "gain_change",
       .blocks = {Block::process},
       .parameters = {above_zero("factor", "-", "1: no change")},
-      .header = "gain_change.hpp",
+      .header = "gain_change/gain_change.hpp",
       .make = [](const SpecReader& read, const EffectContext&) -> Effect {
         return GainChange(read.value("factor"));
       },

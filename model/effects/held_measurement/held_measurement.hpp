@@ -1,17 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-// Measurement that is renewed only now and then (effect `held_measurement`).
+// A measurement that is updated only at intervals (effect `held_measurement`).
 //
 //   y(t) = q(F + n I),  n the whole part of (t - F) / I
 //
-//   q, y  PV units, what the transmitter puts out, noise included     I  interval, s, > 0
-//   t     s, time of the record     F  first, s, of a renewal; before it y stays where it was at t = 0
+//   q, y  PV units, output of the transmitter with its noise     I  interval, s, > 0
+//   t     s, time of the record
+//   F     first, s: time of an update; before it y keeps its value of t = 0
 //
-// Seen with analysers and chromatographs, wireless and multiplexed transmitters, slow gateways.
+// Causes: analysers and chromatographs, wireless and multiplexed transmitters, slow gateways.
 //
 // Severity p fades it in as q + p (y - q).
-// Errors: none.
-// What it can't do: renewed at multiples of I, to the next sample; the sample an analyser
-// takes on its way is dead time beside it. To the loop it is I/2 of dead time.
+// Errors: no exceptions.
+// Limits: updates are at multiples of I, rounded up to the next sample. The transport of an
+// analyser's sample is a separate dead time. The effect on the loop equals a dead time of I/2.
 //
 // Source: Franklin, Powell and Workman, Digital Control of Dynamic Systems (1998), zero-order hold.
 #pragma once
@@ -42,7 +43,7 @@ class HeldMeasurement {
   }
 
  private:
-  // A time that is a multiple but for rounding counts as one.
+  // A time that is a multiple of the interval except for rounding counts as a multiple.
   double whole(double time_s) const noexcept {
     return std::floor((time_s - first_s_) / interval_s_ + 1e-9);
   }

@@ -11,7 +11,7 @@ Descriptor describe() {
           .blocks = {Block::transmitter},
           .parameters = {above_zero("interval", "s", "in which the value is renewed once"),
                          optional(at_least_zero("first", "s", "time of the first renewal"), 0.0)},
-          .header = "held_measurement.hpp",
+          .header = "held_measurement/held_measurement.hpp",
           .make = [](const SpecReader& read, const EffectContext&) -> Effect {
             return HeldMeasurement(read.value("interval"), read.value("first"));
           },

@@ -48,7 +48,7 @@ Descriptor describe() {
                      optional({"knee", "-", -4.0, false, 1.0, false, true, 0.0,
                                "with width: how sharply the new branch begins; 1 is backlash"},
                               0.0)},
-      .header = "hysteresis_width.hpp",
+      .header = "hysteresis/hysteresis_width.hpp",
       .check = check,
       .make = make,
       .candidates = candidates,

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// Hysteresis in the thesis's form: another branch while the output falls (effect `hysteresis` with
+// Hysteresis in the form of the thesis: an offset while the output falls (effect `hysteresis` with
 // `offset`).
 //
 //   x = u            while u rises
-//   x = u + offset   while u falls; the branch stays as it is while u stands still
+//   x = u + offset   while u falls; the branch doesn't change while u is constant
 //
 //   u, x, offset  CO units; offset of either sign
 //
-// Errors: none; a non-finite u gives a non-finite x.
-// What it can't do: it jumps at once on the smallest reversal, noise included: no minor loops. For
+// Errors: no exceptions; if u is not finite, neither is x.
+// Limits: x jumps on the smallest reversal, even on one by noise, so there are no minor loops. For
 // a gradual loop see hysteresis_width.hpp.
 //
 // Source: Sewdass, thesis (Durban University of Technology), section 7.3.4.
@@ -16,7 +16,7 @@
 
 namespace loopwarden::effects {
 
-// Whether u falls: which branch holds.
+// Selects the branch: whether u falls.
 struct FallingLaw {
   double last_u = 0.0;
   bool falling = false;

@@ -1,17 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-// Hysteresis as a distributed play: a loop that opens gradually after each reversal (effect
-// `hysteresis` with `width`). Prandtl-Ishlinskii operator with n equally weighted plays:
+// Hysteresis as distributed play: a loop that opens gradually after each reversal (effect
+// `hysteresis` with `width`). It is a Prandtl-Ishlinskii operator with n equally weighted plays:
 //
 //   x = (1/n) sum x_i,   x_i(k) = clamp( x_i(k-1), u - r_i, u + r_i )
 //   r_i = c max(0, k + 2 (1 - k)(i - 1/2)/n),   c such that the mean of r_i is width / 2
 //
 //   u, x   CO units     r_i  CO units, half the deadband of play i = 1..n     n = 12
-//   width  CO units, >= 0: distance between the rising and the falling branch after a large reversal
-//   k      knee, -4 to 1: how late and sharply the new branch begins. 1: all plays alike, which is
-//          backlash; 0: widths spread evenly from nothing; below 0: part of the flow has no play at all
+//   width  CO units, >= 0: distance of the rising and the falling branch after a large reversal
+//   k      knee, -4 to 1: a larger knee makes the new branch begin later and more sharply
+//          1: all plays are equal, which is backlash; 0: widths are spread evenly from 0;
+//          below 0: some of the plays have no width
 //
-// Errors: none; a u that is not a number leaves x where it is.
-// What it can't do: one shape parameter, and it does not depend on the rate.
+// Errors: no exceptions; if u is not a number, x keeps its value.
+// Limits: one shape parameter; no dependence on the rate.
 //
 // Source: Hassani, Tjahjowidodo and Do, Mech. Syst. Signal Process. 49 (2014) 209-233 (survey).
 #pragma once
@@ -25,7 +26,7 @@
 
 namespace loopwarden::effects {
 
-// The equation of n plays, of one stem or of several side by side (numeric/lanes.hpp).
+// The equation of n plays, for one stem or for several stems in parallel (numeric/lanes.hpp).
 template <class N, std::size_t n>
 struct PlaysLaw {
   PlayLaw<N> plays[n];
@@ -36,7 +37,7 @@ struct PlaysLaw {
   }
 };
 
-// r_i of n plays.
+// Returns r_i of n plays, CO units.
 template <std::size_t n>
 std::array<double, n> half_deadbands(double width, double knee) noexcept {
   std::array<double, n> halves{};

@@ -1,20 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
 // Stiction in one stretch of the record (effect `intermittent_stiction`).
 //
-//   F <= t < E:  x as by stiction_choudhury.hpp, at rest on u at F
-//   else:        x = u
+//   F <= t < E:  x by the law of stiction_choudhury.hpp, at rest at u at the time F
+//   otherwise:   x = u
 //
 //   u, x  CO units     s, j  CO units, see stiction_law.hpp     F, E  from and to, s, F < E
 //   t  s, time of the record
 //
-// Packing that was tightened and runs in, a stem that binds while it is hot or cold, crystals that come and
-// are washed away. Several stretches are several such effects, one after another.
+// Causes: packing that was tightened and runs in, a stem that binds while it is hot or cold,
+// crystals that form and are washed away. Several stretches need several such effects in series.
 //
 // Severity p fades it in as p s and p j.
-// Errors: none. A non-finite u leaves the stem where it is while it sticks.
-// What it can't do: it sets in and lets go at once, in one sample.
+// Errors: no exceptions. If u is not finite, the stem keeps its position while it sticks.
+// Limits: it begins and ends within one sample.
 //
-// Source: Choudhury, Thornhill and Shah, Control Engineering Practice 13 (2005) 641-658, for the law.
+// Source: Choudhury, Thornhill and Shah, Control Engineering Practice 13 (2005) 641-658, for the
+// law.
 #pragma once
 
 #include "model/effects/stiction/stiction_choudhury.hpp"

@@ -16,12 +16,13 @@ void check(const SpecReader& read, const EffectContext&) {
   }
 }
 
-// Searched as beginning and length, of the record's fitted part.
+// The searched parameters are the beginning and the length, as shares of the fitted part of the
+// record.
 void candidates(const SearchContext& c, std::vector<Candidate>& all) {
   all.push_back(
       {.smooth = false,
-       .parameters = 6,    // s, j and two moments, each of which costs as much as two
-       .prior_nats = 3.0,  // stiction that stays is the commoner one
+       .parameters = 6,    // s, j and two moments that cost two each
+       .prior_nats = 3.0,  // permanent stiction is more common
        .search = {{"s", 0.02 * c.span(), 0.4 * c.span(), true, 5},
                   {"ratio", 0.0, 1.0, false, 2},
                   {"from", 0.0, 0.9 * c.duration_s, false, 6, 0.04},
@@ -51,7 +52,7 @@ Descriptor describe() {
                          at_least_zero("j", "CO units", "slip jump, at most s"),
                          any_value("from", "s", "of the record, when it sets in"),
                          any_value("to", "s", "of the record, when it lets go, after from")},
-          .header = "intermittent_stiction.hpp",
+          .header = "intermittent_stiction/intermittent_stiction.hpp",
           .check = check,
           .make = [](const SpecReader& read, const EffectContext&) -> Effect {
             return IntermittentStiction({read.value("s"), read.value("j")}, read.value("from"),

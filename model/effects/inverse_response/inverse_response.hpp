@@ -3,16 +3,19 @@
 //
 //   x = w - Z w',  w = u through a lag of V:  x(k) = w(k) - Z (w(k) - w(k-1)) / h
 //
-//   u, x  CO units, at the input of the process     Z  zero_time, s, >= 0     V  lag, s, >= 0 (0: w = u)     h  s
+//   u, x  CO units, at the input of the process     h  s
+//   Z     zero_time, s, >= 0                        V  lag, s, >= 0 (0: w = u)
 //
-// Behind it stands the process, so that CO to PV is K (1 - Z p) e^(-L p) / ((V p + 1)(T p + 1)). Without V PV jumps after
-// a step of CO by Z/T of the whole change to the wrong side; two opposing lags T and V with weights 1 + g and -g make
-// Z = g T - (1 + g) V. Seen where two ways from valve to PV work against
-// each other and the weaker one is the faster: shrink and swell of a boiler drum, reboiler level.
+// The process follows, so the transfer function from CO to PV is
+//   K (1 - Z p) e^(-L p) / ((V p + 1)(T p + 1))
+// If V is 0, a step of CO makes PV jump in the wrong direction by Z/T of the whole change. Two
+// opposing lags T and V with weights 1 + g and -g give Z = g T - (1 + g) V.
+// Occurs if two paths from valve to PV oppose each other and the weaker one is faster: shrink and
+// swell of a boiler drum, reboiler level.
 //
 // Severity p fades it in as p Z and p V.
-// Errors: none; a non-finite u gives a non-finite x for two samples.
-// What it can't do: one wrong way; linear.
+// Errors: no exceptions; if u is not finite, neither is x for two samples.
+// Limits: linear; PV moves in the wrong direction only once per move of CO.
 //
 // Source: Iinoya and Altpeter, Ind. Eng. Chem. 54 (1962) 39-43 (inverse response from two opposing
 // lags); Astrom and Bell, Automatica 36 (2000) 363-378 (drum level).
@@ -41,7 +44,7 @@ class InverseResponse {
 
  private:
   double full_;     // Z / h
-  double samples_;  // Z / h, as far as it is there
+  double samples_;  // Z / h at the present severity
   FirstOrderLag lag_;
   double last_ = 0.0;  // w(k-1)
 };

@@ -1,18 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
-// Leakage: flow through a valve that is shut (effect `leakage`).
+// Leakage: flow through a shut valve (effect `leakage`).
 //
 //   q = lo + L + (1 - L / (hi - lo)) (x - lo)
 //
 //   x, q  CO units, flow without and with the leak     lo, hi  range of the output, CO units
-//   L     flow, CO units, 0 <= L <= hi - lo: what passes at shut; fully open nothing changes
+//   L     flow, CO units, 0 <= L <= hi - lo: flow of the shut valve
+//         A fully open valve keeps its flow.
 //
-// Allowed of the rated capacity by IEC 60534-4: class II 0.5 %, III 0.1 %, IV 0.01 %; V and VI far less.
-// A worn or eroded seat, or one that something holds open, passes several per cent.
+// IEC 60534-4 allows these shares of the rated capacity: class II 0.5 %, III 0.1 %, IV 0.01 %, V
+// and VI far less. A worn or eroded seat, or a plug that something holds open, passes several per
+// cent.
 //
 // Severity p fades it in as p L.
-// Errors: none; a non-finite x gives a non-finite q.
-// What it can't do: the leak is one opening at one pressure drop; it does not grow as the drop does when
-// the valve shuts. Between CO and PV it is a lower gain and a constant, so no record tells it from these two.
+// Errors: no exceptions; if x is not finite, neither is q.
+// Limits: the leak is one opening at one pressure drop; it doesn't grow with the pressure drop of a
+// closing valve. From CO to PV it equals a lower gain plus a constant, so a record can't
+// distinguish it from them.
 //
 // Source: IEC 60534-4 (seat leakage classes); seat and plug as two orifices in parallel.
 #pragma once

@@ -14,11 +14,10 @@ void check(const SpecReader& read, const EffectContext& context) {
 }
 
 void candidates(const SearchContext& c, std::vector<Candidate>& all) {
-  all.push_back(
-      {.parameters = 1,
-       .prior_nats = 3.0,  // a bias or a gain that explains a record as well is the commoner cause
-       .search = {{"flow", 0.002 * c.span(), 0.6 * c.span(), true, 6}},
-       .shifts_pv = true});
+  all.push_back({.parameters = 1,
+                 .prior_nats = 3.0,  // a bias or a gain that fits as well is more common
+                 .search = {{"flow", 0.002 * c.span(), 0.6 * c.span(), true, 6}},
+                 .shifts_pv = true});
 }
 
 }  // namespace
@@ -29,7 +28,7 @@ Descriptor describe() {
       .name = "leakage",
       .blocks = {Block::valve},
       .parameters = {at_least_zero("flow", "CO units", "what passes when shut, at most the span")},
-      .header = "leakage.hpp",
+      .header = "leakage/leakage.hpp",
       .check = check,
       .make = [](const SpecReader& read, const EffectContext& context) -> Effect {
         return Leakage(read.value("flow"), context.output_low, context.output_high);

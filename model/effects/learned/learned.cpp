@@ -13,7 +13,7 @@ std::size_t order_of(const LearnedFilter::Coefficients& denominator) {
   return order;
 }
 
-// Controllable canonical form: x_i' = x_(i+1), the last one by the denominator.
+// Returns the controllable canonical form: x_i' = x_(i+1), and the last row from the denominator.
 Eigen::MatrixXd companion(const LearnedFilter::Coefficients& denominator, std::size_t order) {
   const auto n = static_cast<Eigen::Index>(order);
   Eigen::MatrixXd a = Eigen::MatrixXd::Zero(n, n);
@@ -42,7 +42,8 @@ LearnedFilter::LearnedFilter(const Coefficients& numerator, const Coefficients& 
   through_ = numerator[order_] / leading;
   if (order_ == 0) return;
   const auto n = static_cast<Eigen::Index>(order_);
-  // [A B; 0 0] over one sample gives both what is kept and what the held input adds.
+  // The exponential of [A B; 0 0] over one sample has both the transition matrix and the input
+  // vector.
   Eigen::MatrixXd both = Eigen::MatrixXd::Zero(n + 1, n + 1);
   both.topLeftCorner(n, n) = companion(denominator, order_);
   both(n - 1, n) = 1.0 / leading;

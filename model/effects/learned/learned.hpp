@@ -1,24 +1,29 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a record showed and no name fits (effect `learned`), in one of four forms:
+// A behaviour that a record shows and that no named effect describes (effect `learned`). It has
+// four forms:
 //
 //   static        y = u + d(u)
-//   hysteretic    y = offset + sum of w_j P_j(u),  P_j a play of half width r_j (Prandtl-Ishlinskii)
-//   dynamic       y = G(p) u,  G = (b0 + b1 p + ...) / (a0 + a1 p + ...), order 1 to 3, u held over a sample
+//   hysteretic    y = offset + sum of w_j P_j(u),  P_j a play of half width r_j
+//                 (Prandtl-Ishlinskii)
+//   dynamic       y = G(p) u,  G = (b0 + b1 p + ...) / (a0 + a1 p + ...), order 1 to 3, u held
+//                 over a sample
 //   gain_profile  y = g u,  g by the time of the record or by u
 //
 //   u, y    CO units, at the valve's flow or at the input of the process
-//   d       out - in of the table, CO units;  g  factor of the table: straight lines between points, constant
-//           beyond them
-//   r, w    thresholds, CO units, >= 0, and weights, one for each, -
+//   d       out - in of the table, CO units
+//   g       factor of the table;  d and g are linear between points and constant beyond the ends
+//   r, w    thresholds, CO units, >= 0, and one weight per threshold, -
 //   b, a    numerator and denominator by rising powers of p, s^k; no pole to the right of -1e-6 1/s
 //
 // Severity s fades each in as u + s (y - u).
-// Errors: none of the steps; model/effects/learned/learned_descriptor.cpp refuses a table that is none, check_poles() a denominator.
-// What it can't do: explain. It stands for what was seen under the moves of one record, at the openings, sizes and
-// times that were in it; beyond them its ends hold.
+// Errors: the steps have no exceptions; model/effects/learned/learned_descriptor.cpp rejects invalid tables,
+// check_poles() invalid denominators.
+// Limits: it doesn't explain a cause. It describes the behaviour during the moves of one record, at
+// the openings, sizes and times of that record. Beyond them the end values apply.
 //
-// Source: Krejci and Kuhnen, IEE Proc. Control Theory Appl. 148 (2001) 185-192 (play operators); Wahlberg, IEEE
-// Trans. Automatic Control 36 (1991) 551-562 (Laguerre filters); de Boor, A Practical Guide to Splines (1978).
+// Source: Krejci and Kuhnen, IEE Proc. Control Theory Appl. 148 (2001) 185-192 (play operators);
+// Wahlberg, IEEE Trans. Automatic Control 36 (1991) 551-562 (Laguerre filters); de Boor, A
+// Practical Guide to Splines (1978).
 #pragma once
 
 #include <algorithm>
@@ -33,7 +38,8 @@ namespace loopwarden::effects {
 
 using Points = std::vector<std::pair<double, double>>;
 
-// Straight lines between points, constant beyond the ends. `points` rising, at least one.
+// Returns the value at `x`: linear between points, constant beyond the ends. At least one point;
+// the first coordinate rises.
 double interpolate(const Points& points, double x) noexcept;
 
 class LearnedCurve {
@@ -102,7 +108,7 @@ class LearnedFilter {
 
   void set_severity(double severity) noexcept { severity_ = severity; }
   double reset(double u) noexcept;
-  // As a lag of FirstOrderLag does, y follows u within the sample.
+  // As in FirstOrderLag, y responds to u within the sample.
   double step(double u) noexcept {
     State next{};
     for (std::size_t i = 0; i < order_; ++i) {
@@ -127,12 +133,12 @@ class LearnedFilter {
   State input_{};
   State weights_{};
   double through_ = 0.0;
-  double at_rest_ = 0.0;  // of the first state for an input of 1
+  double at_rest_ = 0.0;  // first state at rest for an input of 1
   State state_{};
   double severity_ = 1.0;
 };
 
-// What is wrong with them, empty if nothing is.
+// Returns the reason why the poles are not allowed, or an empty text if they are.
 std::string check_poles(const LearnedFilter::Coefficients& denominator);
 
 }  // namespace loopwarden::effects

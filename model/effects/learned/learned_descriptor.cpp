@@ -84,9 +84,9 @@ Descriptor describe() {
                 "record, and factor. In "
                 "its place hysteretic has thresholds (CO units) and weights, dynamic numerator and "
                 "denominator by "
-                "rising powers of p; a description in words may stand beside them"},
+                "rising powers of p; a description in words can be added"},
       .is_learned = true,
-      .header = "learned.hpp",
+      .header = "learned/learned.hpp",
       .check = check,
       .make = make,
       .examples = {

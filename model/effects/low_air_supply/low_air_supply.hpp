@@ -7,22 +7,25 @@
 //   with one-sided filling (air to open, spring to close) only the opening is limited:
 //   x' = min( (w - x) / T, R )
 //
-//   u, x  CO units     L  travel_limit, CO units: where the spring balances the supply pressure
-//   B     preload, CO units, >= 0: what the spring takes before the stem moves, where less supply
-//         leaves the positioner less pressure for the same CO;  lo  lower end of the output
-//   R     rate, CO units/s, > 0: fill rate     T  lag, s, >= 0: time constant of the actuator volume
-//   C     > 0: rate on closing over R, of an exhaust that is throttled, or wider than the supply
+//   u, x  CO units     lo  lower end of the output, CO units
+//   L     travel_limit, CO units: opening at which the spring balances the supply pressure
+//   B     preload, CO units, >= 0: change of CO that only overcomes the spring, if a lower supply
+//         gives the positioner less pressure for the same CO
+//   R     rate, CO units/s, > 0: fill rate
+//   T     lag, s, >= 0: time constant of the actuator volume
+//   C     > 0: rate on closing over R, for an exhaust that is throttled, or wider than the supply
 //
 // Solved exactly over a period with u held: at the rate limit while the distance exceeds R T, then
-// exponentially. Severity p fades it in as rate R/p, lag p T, preload p B, and travel
-// limit u + p (L - u) beyond L.
+// exponentially.
+// Severity p fades it in as rate R/p, lag p T, preload p B, and travel limit u + p (L - u) beyond
+// L.
 //
-// Errors: none; a non-finite u gives a non-finite x until the next reset.
-// What it can't do: no choked flow through the restriction, no supply that sags while other valves
-// draw air, no positioner integral action.
+// Errors: no exceptions; if u is not finite, neither is x until the next reset.
+// Limits: no choked flow through the restriction, no supply that sags while other valves draw air,
+// no positioner integral action.
 //
-// Source: engineering form of fault f16 (positioner supply pressure drop) of the DAMADICS benchmark,
-// Bartys et al., Control Engineering Practice 14 (2006) 577-596.
+// Source: engineering form of fault f16 (positioner supply pressure drop) of the DAMADICS
+// benchmark, Bartys et al., Control Engineering Practice 14 (2006) 577-596.
 #pragma once
 
 #include <cstdint>
@@ -32,13 +35,13 @@
 
 namespace loopwarden::effects {
 
-// The equation without preload, of one stem or of several side by side (numeric/lanes.hpp).
+// The equation without preload, for one stem or for several stems in parallel (numeric/lanes.hpp).
 template <class N>
 class LowAirLaw {
  public:
   struct Air {
     N limit;  // L
-    N share;  // p, of the limit
+    N share;  // severity p of the limit
     N rate;   // R
     N lag_s;  // T
     bool one_sided = false;
@@ -55,7 +58,7 @@ class LowAirLaw {
         slow_(air.rate * air.lag_s),
         quick_(slow_ + most_opening_) {}
 
-  // Where the stem comes to rest.
+  // Returns the position at which the stem rests for a constant u.
   N reached(N u) const noexcept {
     const N zero = numeric::every<N>(0.0);
     const N beyond = u - air_.limit;
@@ -65,7 +68,7 @@ class LowAirLaw {
   N step(N u) noexcept {
     const N zero = numeric::every<N>(0.0);
     const N distance = reached(u) - x;
-    // Exact but for the period in which the stem comes near enough to go on exponentially.
+    // Exact except in the period in which the stem changes from the rate limit to the exponential.
     const N left =
         numeric::within(distance * decay_, distance - most_opening_, distance + most_closing_);
     const N size = numeric::magnitude(distance);
@@ -80,7 +83,8 @@ class LowAirLaw {
  private:
   static constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-  // What is left of the distance after a period; where `turning`, at the rate first and then exponentially.
+  // Returns the remaining distance after a period: `left`, or in lanes with `turning` the distance
+  // after a part at the rate limit and an exponential part.
   template <class Mask>
   [[gnu::noinline]] N turned(N distance, N left, N side, Mask turning) const noexcept {
     const N zero = numeric::every<N>(0.0);
@@ -98,12 +102,12 @@ class LowAirLaw {
 
   Air air_;
   N period_s_;
-  N decay_;         // of the distance, over a period
-  N most_opening_;  // in a period
-  N closing_;       // C; infinite where the closing is not limited
+  N decay_;         // factor on the distance over a period
+  N most_opening_;  // largest move per period
+  N closing_;       // C; infinite if the closing is not limited
   N most_closing_;
-  N slow_;   // exponentially from this distance on
-  N quick_;  // at the rate throughout a period from this distance on
+  N slow_;   // below this distance the motion is exponential
+  N quick_;  // above this distance the motion is at the rate limit for the whole period
 };
 
 class LowAirSupply {
@@ -116,7 +120,7 @@ class LowAirSupply {
     Filling filling = Filling::both_ways;
     double closing = 1.0;  // rate on closing over `rate`
     double preload = 0.0;  // CO units
-    double shut = 0.0;     // CO units, where a preload holds the stem
+    double shut = 0.0;     // CO units, position at which a preload holds the stem
   };
 
   LowAirSupply(Parameters parameters, double period_s) noexcept;
@@ -126,7 +130,7 @@ class LowAirSupply {
   double step(double u) noexcept;
 
  private:
-  // What the spring leaves the stem to follow.
+  // Returns the command after the preload of the spring, CO units.
   double beyond_spring(double u) const noexcept;
 
   LowAirLaw<double> at(double severity, double x) const noexcept;

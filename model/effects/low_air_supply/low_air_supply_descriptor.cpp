@@ -29,8 +29,10 @@ void check(const SpecReader& read, const EffectContext&) {
   }
 }
 
-// Share of the samples at which rate or travel limit hold the stem back; without them it is a bare lag.
-double held_back(const LowAirSupply::Parameters& p, Candidate::Values co, double period_s) {
+// Returns the share of the samples at which the rate or the travel limit holds the stem back.
+// Without such samples the effect is only a lag.
+double held_back(const effects::LowAirSupply::Parameters& p, Candidate::Values co,
+                 double period_s) {
   if (co.empty()) return 0.0;
   LowAirSupply air(p, period_s);
   double x = air.reset(co.front());
@@ -63,7 +65,8 @@ void candidates(const SearchContext& c, std::vector<Candidate>& all) {
                             between("lag", 0.2 * c.period_s, 2.0 * c.slow_s(), true, 3)},
                  .starts = 4,
                  .telling = limited});
-  // Slower one way than the other: a throttled exhaust, a leak in the diaphragm.
+  // The stem is slower in one direction, for example with a throttled exhaust or a leak in the
+  // diaphragm.
   all.push_back(
       {.smooth = false,
        .parameters = 3,
@@ -86,33 +89,33 @@ void candidates(const SearchContext& c, std::vector<Candidate>& all) {
 }  // namespace
 
 Descriptor describe() {
-  return {.number = 4,
-          .name = "low_air_supply",
-          .blocks = {Block::valve},
-          .parameters = {above_zero("rate", "CO units/s", "fill rate"),
-                         optional(any_value("travel_limit", "CO units",
-                                            "where the spring balances the supply"),
-                                  kInfinity),
-                         optional(at_least_zero("lag", "s", "time constant of the actuator volume"),
-                                  0.0),
-                         optional(above_zero("rate_closing", "CO units/s",
-                                             "the same on closing, where it differs; else rate"),
-                                  kInfinity),
-                         optional(at_least_zero("preload", "CO units",
-                                                "what the spring takes before the stem moves"),
-                                  0.0)},
-          .options = {{"filling",
-                       {"both_ways", "one_sided"},
-                       "one_sided: only the opening is limited"}},
-          .header = "low_air_supply.hpp",
-          .check = check,
-          .make = make,
-          .candidates = candidates,
-          .valve_rank = 2,
-          .alarms = {"low_air_supply"},
-          .examples = {{"low_air_supply",
-                        {"low_air_supply", {{"rate", 0.08}, {"travel_limit", 4.6}, {"lag", 0.5}}},
-                        Block::valve}}};
+  return {
+      .number = 4,
+      .name = "low_air_supply",
+      .blocks = {Block::valve},
+      .parameters =
+          {above_zero("rate", "CO units/s", "fill rate"),
+           optional(any_value("travel_limit", "CO units", "where the spring balances the supply"),
+                    kInfinity),
+           optional(at_least_zero("lag", "s", "time constant of the actuator volume"), 0.0),
+           optional(above_zero("rate_closing", "CO units/s",
+                               "rate on closing, if it differs; otherwise rate applies"),
+                    kInfinity),
+           optional(
+               at_least_zero("preload", "CO units", "what the spring takes before the stem moves"),
+               0.0)},
+      .options = {{"filling",
+                   {"both_ways", "one_sided"},
+                   "one_sided: only the opening is limited"}},
+      .header = "low_air_supply/low_air_supply.hpp",
+      .check = check,
+      .make = make,
+      .candidates = candidates,
+      .valve_rank = 2,
+      .alarms = {"low_air_supply"},
+      .examples = {{"low_air_supply",
+                    {"low_air_supply", {{"rate", 0.08}, {"travel_limit", 4.6}, {"lag", 0.5}}},
+                    Block::valve}}};
 }
 
 }  // namespace loopwarden::effects::low_air_supply

@@ -1,21 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
-// A reading that passes through a curve which does not belong there (effect `meter_curve`).
+// A reading that is distorted by a wrong curve (effect `meter_curve`).
 //
 //   y = q + S (f(q) - q),   h = (q - lo) / (hi - lo), 0 to 1
 //
-//   root    f = lo + (hi - lo) sqrt(h)   the root of a flow that is none of a differential pressure, or taken twice
-//   square  f = lo + (hi - lo) h^2       the root was forgotten
+//   root    f = lo + (hi - lo) sqrt(h)   the root is applied twice, or to a flow that needs no root
+//   square  f = lo + (hi - lo) h^2       the root is missing
 //   table   linear between (q, y) points, PV units, both strictly increasing
 //
-//   q, y  PV units, what the transmitter puts out, noise included     lo, hi  the transmitter's range, PV units
-//   S  share of the curve, 0 to 1
+//   q, y    PV units, output of the transmitter with its noise
+//   lo, hi  range of the transmitter, PV units     S  share of the curve, 0 to 1
 //
-// The root has no slope at lo: below a thousandth of the range it is a straight line, as transmitters have it. Outside the
-// range q is held at its ends; a table goes on with its end slopes.
+// The slope of the root is infinite at lo. Below a thousandth of the range a straight line replaces
+// the root, as in transmitters. Outside the range q counts as the nearest end; a table continues
+// with its end slopes.
 // Severity p fades it in as q + p (y - q).
 //
-// Errors: none; a q that is not a number stays so.
-// What it can't do: no flow dependent on density or temperature; noise before the curve and behind it are one.
+// Errors: no exceptions; if q is not a number, neither is y.
+// Limits: no dependence on density or temperature; noise before and after the curve is not
+// separate.
 //
 // Source: IEC 60770-1 and ISO 5167-1 (flow from differential pressure, by its root).
 #pragma once

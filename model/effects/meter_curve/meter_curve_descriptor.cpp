@@ -35,7 +35,7 @@ EffectSpec with_curve(const char* curve, double share) {
 void candidates(const SearchContext&, std::vector<Candidate>& all) {
   Candidate root{.block = Block::transmitter,
                  .parameters = 1,
-                 .prior_nats = 1.0,  // two curves
+                 .prior_nats = 1.0,  // the search has two curves to choose from
                  .search = {{"share", 0.05, 1.0, false, 4}},
                  .spec = [](const Candidate&, Candidate::Values v,
                             Candidate::Values) { return with_curve("root", v[0]); },
@@ -62,7 +62,7 @@ Descriptor describe() {
           .options = {curve},
           .takes_table = true,
           .table = {"[[q, y], ...]", "value and reading, PV units, both rising"},
-          .header = "meter_curve.hpp",
+          .header = "meter_curve/meter_curve.hpp",
           .check = [](const SpecReader& read,
                       const EffectContext&) { check_curve(read, MeterCurve::kMostPoints); },
           .make = make,

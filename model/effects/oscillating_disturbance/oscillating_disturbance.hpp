@@ -4,7 +4,7 @@
 //   y = q + A sin(2 pi t / T + phase)     q, y, A  PV units     T  period, s, > 0     phase  rad
 //   t  s, time of the record
 //
-// What it can't do: one harmonic of constant amplitude; it adds to PV, not through the process.
+// Limits: one harmonic of constant amplitude; it is added to PV, not before the process.
 #pragma once
 
 #include <cmath>

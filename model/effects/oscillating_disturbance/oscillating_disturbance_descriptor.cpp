@@ -24,7 +24,7 @@ void deviations(Candidate::Values, Candidate::Values spread, const EffectSpec& f
   named["phase"] = amplitude > 0.0 ? named["amplitude"] / amplitude : std::numbers::pi;
 }
 
-// Sine and cosine, so that amplitude and phase are solved for.
+// The columns are sine and cosine, so that amplitude and phase are solved for.
 void fill(Candidate::Values v, double period_s, Candidate::Columns& columns) {
   for (std::size_t k = 0; k < columns[0].size(); ++k) {
     const double angle = 2.0 * std::numbers::pi * (static_cast<double>(k) * period_s) / v[0];
@@ -38,7 +38,7 @@ void candidates(const SearchContext& c, std::vector<Candidate>& all) {
   period.is_period = true;
   all.push_back({.block = Block::disturbance,
                  .smooth = false,
-                 .parameters = 5,  // a frequency costs as much as three (Djuric 1996)
+                 .parameters = 5,  // a frequency counts as three parameters (Djuric 1996)
                  .search = {period},
                  .spec = spec,
                  .deviations = deviations,
@@ -56,7 +56,7 @@ Descriptor describe() {
           .parameters = {at_least_zero("amplitude", "PV units", "of the sine"),
                          above_zero("period", "s", "of the sine"),
                          optional(any_value("phase", "rad", "at the start of the record"), 0.0)},
-          .header = "oscillating_disturbance.hpp",
+          .header = "oscillating_disturbance/oscillating_disturbance.hpp",
           .make = [](const SpecReader& read, const EffectContext&) -> Effect {
             return OscillatingDisturbance(read.value("amplitude"), read.value("period"),
                                           read.value("phase"));

@@ -7,17 +7,19 @@
 //   u, x, y  CO units, at the input of the process     Z  damping ratio, 0 < Z < 1
 //   W  natural_frequency, rad/s, > 0     T  time constant of the lag, s, > 0     h  s
 //
-// Behind it stands the process with its lag, so that CO to PV is K W^2 e^(-L p) / (p^2 + 2 Z W p + W^2).
-// Seen where two stores exchange energy or mass: U-tubes, tanks in connection, gas behind a liquid, and
-// where PV is inside another loop that rings.
+// The process with its lag follows, so the transfer function from CO to PV is
+//   K W^2 e^(-L p) / (p^2 + 2 Z W p + W^2)
+// Occurs if two stores exchange energy or mass (U-tubes, connected tanks, gas above a liquid), or
+// if PV is inside another loop that rings.
 //
 // Severity p fades it in as u + p (x - u).
-// Errors: none; a non-finite u gives a non-finite x until the next reset.
-// What it can't do: linear, so it rings alike at every size of a move; where the process's dead time is no
-// whole number of periods, y is off by what the lag draws between two samples.
+// Errors: no exceptions; if u is not finite, neither is x until the next reset.
+// Limits: linear, so the ringing is proportional to the move. If the dead time of the process is
+// not a whole number of periods, y has the error of the lag's interpolation between two samples.
 //
 // Source: Seborg, Edgar and Mellichamp, Process Dynamics and Control (2004), chapter 5 (underdamped
-// second order); Franklin, Powell and Workman, Digital Control of Dynamic Systems (1998), zero-order hold.
+// second order); Franklin, Powell and Workman, Digital Control of Dynamic Systems (1998),
+// zero-order hold.
 #pragma once
 
 #include <cmath>

@@ -20,8 +20,7 @@ void check(const SpecReader& read, const EffectContext& context) {
            "below " + number_text(highest) + " rad/s, half the sampling rate");
   }
   if (!(time_constant_s(read, context) > 0.0)) {
-    throw EffectError("time_constant",
-                      "time_constant of the lag in whose place it stands is missing");
+    throw EffectError("time_constant", "time_constant of the lag that it replaces is missing");
   }
 }
 
@@ -29,7 +28,7 @@ void candidates(const SearchContext& c, std::vector<Candidate>& all) {
   const double high = std::min(6.0 / c.time_constant_s, 0.9 * std::numbers::pi / c.period_s);
   all.push_back({.block = Block::process,
                  .parameters = 2,
-                 .prior_nats = 2.0,  // one more lag or dead time is the commoner cause
+                 .prior_nats = 2.0,  // one more lag or dead time is more common
                  .search = {{"damping", 0.05, 0.95, true, 3},
                             {"natural_frequency", std::min(0.15 / c.time_constant_s, 0.5 * high),
                              high, true, 7}},
@@ -53,10 +52,10 @@ Descriptor describe() {
       .blocks = {Block::process},
       .parameters = {{"damping", "-", 0.0, true, 1.0, true, true, 0.0, "ratio"},
                      above_zero("natural_frequency", "rad/s", "undamped"),
-                     of_the_law(as_process_lag(optional(
-                         above_zero("time_constant", "s", "of the lag in whose place it stands"),
-                         kInfinity)))},
-      .header = "oscillatory_process.hpp",
+                     of_the_law(as_process_lag(
+                         optional(above_zero("time_constant", "s", "of the lag that it replaces"),
+                                  kInfinity)))},
+      .header = "oscillatory_process/oscillatory_process.hpp",
       .check = check,
       .make = [](const SpecReader& read, const EffectContext& context) -> Effect {
         return OscillatoryProcess(read.value("damping"), read.value("natural_frequency"),

@@ -3,7 +3,7 @@
 //
 //   y = q + B       q, y, B  PV units
 //
-// What it can't do: nothing in a single record tells it from a constant load.
+// Limits: a single record can't distinguish it from a constant disturbance.
 #pragma once
 
 namespace loopwarden::effects {

@@ -22,7 +22,7 @@ Descriptor describe() {
           .name = "output_bias",
           .blocks = {Block::transmitter},
           .parameters = {any_value("bias", "PV units", "added to PV")},
-          .header = "output_bias.hpp",
+          .header = "output_bias/output_bias.hpp",
           .make = [](const SpecReader& read, const EffectContext&) -> Effect {
             return OutputBias(read.value("bias"));
           },

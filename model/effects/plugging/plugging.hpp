@@ -1,18 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
-// Impulse line or sensing element that plugs (effect `plugging`): a lag that grows.
+// Plugging of an impulse line or a sensing element: a growing lag (effect `plugging`).
 //
 //   T(t) y' = q - y     T(t) = R t, solved exactly for q held over a period
 //
 //   q, y  PV units     R  rate, s/s, >= 0     t  s, from the start of the record
 //
-// Dirt in an impulse line, a coated electrode, a fouled thermowell: what the transmitter sees comes later and later; at rest
-// it is right.
+// Causes: dirt in an impulse line, a coated electrode, a fouled thermowell. The reading is later
+// and later; at rest it is correct.
 //
 // Severity p fades it in as rate p R.
-// Errors: none; a q that is not a number stays so until the next reset.
-// What it can't do: no end to the growth; a line that is shut altogether shows a PV that stands.
+// Errors: no exceptions; if q is not a number, neither is y until the next reset.
+// Limits: the growth has no end; a completely blocked line, which freezes PV, is not modelled.
 //
-// Source: Kaldor, in Liptak (ed.), Instrument Engineers' Handbook (2003), impulse lines as first-order lags.
+// Source: Kaldor, in Liptak (ed.), Instrument Engineers' Handbook (2003), impulse lines as
+// first-order lags.
 #pragma once
 
 #include <cmath>

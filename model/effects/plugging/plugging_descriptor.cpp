@@ -6,7 +6,7 @@
 namespace loopwarden::effects::plugging {
 namespace {
 
-// Up to a lag of three times the process's own at the end.
+// The search covers lags up to three times that of the process at the end of the record.
 void candidates(const SearchContext& c, std::vector<Candidate>& all) {
   all.push_back({.block = Block::transmitter,
                  .parameters = 1,
@@ -22,7 +22,7 @@ Descriptor describe() {
           .blocks = {Block::transmitter},
           .parameters = {at_least_zero("rate", "s/s",
                                        "of a lag that grows from 0 at the start of the record")},
-          .header = "plugging.hpp",
+          .header = "plugging/plugging.hpp",
           .make = [](const SpecReader& read, const EffectContext& context) -> Effect {
             return Plugging(read.value("rate"), context.sample_time_s);
           },

@@ -8,7 +8,7 @@ namespace loopwarden::effects {
 namespace {
 constexpr double kLongestSubstep = 0.025;  // s
 constexpr double kMostServoSteps = 10'000.0;
-constexpr double kShutShare = 0.002;  // of the span
+constexpr double kShutShare = 0.002;  // share of the span
 }  // namespace
 
 Positioner::Positioner(const Parameters& parameters, double low, double high,
@@ -22,7 +22,7 @@ Positioner::Positioner(const Parameters& parameters, double low, double high,
   const double substeps = std::clamp(std::ceil(period_s / longest_s), 1.0, kMostServoSteps);
   const double substep_s = period_s / substeps;
   substeps_ = static_cast<int>(substeps);
-  // A substep that the count above could not make short enough goes the whole way and no further.
+  // If the substep is still too long at the largest count, z moves by at most dz(e) per substep.
   gain_substep_ = std::min(parameters.gain_per_s * substep_s, 1.0);
   approach_ = -std::expm1(-substep_s / parameters.lag_s);
 }

@@ -1,26 +1,30 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pneumatic positioner with a dead band and a seat (effect `positioner`).
+// A pneumatic positioner with a dead band and a seat (effect `positioner`).
 //
 //   e  = u - x
 //   z' = G dz(e),   dz(e) = e - sign(e) min(|e|, D/2);  0 while the valve is shut and e < B
 //   T x' = z - x,   both held within the range of the output
 //
-//   u, x  CO units    command and stem        z  CO units    pressure, as the stem it would hold
-//   G     1/s, > 0    gain of the relay        T  s, > 0      lag of the actuator's volume
-//   D     dead_band, CO units, >= 0            B  breakaway, CO units, >= 0: what opens a shut valve
+//   u, x  CO units    command and stem
+//   z     CO units    pressure, as the stem position that it holds
+//   G     1/s, > 0    gain of the relay
+//   T     s, > 0      lag of the actuator's volume
+//   D     dead_band, CO units, >= 0
+//   B     breakaway, CO units, >= 0: e that opens a shut valve
 //
-// Inside the dead band the stem stands wherever it came to rest: two commands D apart give the same
-// stem, the loss on a reversal. After a large step it overshoots where G T > 1/4, and the dead band
-// keeps what is left of the overshoot. Shut means that neither z nor x exceeds 0.2 % of the span.
+// Inside the dead band the stem keeps its position: two commands D apart can give the same stem
+// position, which is the loss on a reversal. After a large step the stem overshoots if G T > 1/4,
+// and the dead band keeps the remaining overshoot. The valve counts as shut if neither z nor x
+// exceeds 0.2 % of the span.
 //
-// z by Euler's rule, x exactly for the new z, in steps of at most 25 ms and 1 / (2 G).
+// z is integrated by Euler's rule, x exactly for the new z. Steps are at most 25 ms and 1 / (2 G).
 // Severity p fades it in as u + p (x - u).
-// Errors: none; a non-finite u leaves the stem where it is.
-// What it can't do: no rate limit of filling or venting (see low_air_supply.hpp), no friction in the
-// packing (see stiction_choudhury.hpp), the same dead band along the travel.
+// Errors: no exceptions; if u is not finite, the stem keeps its position.
+// Limits: no rate limit of filling or venting (see low_air_supply.hpp), no friction in the packing
+// (see stiction_choudhury.hpp), the same dead band along the whole travel.
 //
 // Source: dead band and relay gain as positioner properties in IEC 61514 and ISA-75.25.01; the
-// integrating relay on a volume: Merritt, Hydraulic Control Systems (1967), ch. 6; seat: own.
+// integrating relay on a volume: Merritt, Hydraulic Control Systems (1967), ch. 6; seat: own model.
 #pragma once
 
 namespace loopwarden::effects {
@@ -48,7 +52,7 @@ class Positioner {
   double breakaway_;     // CO units
   double shut_below_;    // CO units
   double gain_substep_;  // G times the substep
-  double approach_;      // share of z - x that x covers in a substep
+  double approach_;      // share of z - x by which x moves in a substep
   int substeps_;
   double severity_ = 1.0;
   double z_ = 0.0;  // CO units

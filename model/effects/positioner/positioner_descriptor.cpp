@@ -25,7 +25,7 @@ Descriptor describe() {
                          above_zero("lag", "s", "of the actuator's volume"),
                          optional(at_least_zero("breakaway", "CO units", "what opens a shut valve"),
                                   0.0)},
-          .header = "positioner.hpp",
+          .header = "positioner/positioner.hpp",
           .make = make,
           .alarms = {"unknown"},
           .examples = {{"positioner",

@@ -5,12 +5,12 @@
 //
 //   u, x  CO units     Z  damping ratio, 0 < Z < 1     W  natural_frequency, rad/s, > 0
 //
-// At an end of the travel the stem stops: a swing that would carry it beyond leaves it there, x' = 0, until
-// CO draws it back. Ends are looked at once a period.
+// At an end of the travel the stem stops. If a swing would carry it beyond the end, it stays there,
+// x' = 0, until CO moves it back. The ends are checked once per period.
 //
 // Severity p fades it in as u + p (x - u).
-// Errors: none; a non-finite u gives a non-finite x until the next reset.
-// What it can't do: linear, so the overshoot is the same share of a step of any size; no rate limit.
+// Errors: no exceptions; if u is not finite, neither is x until the next reset.
+// Limits: linear, so the overshoot is the same share of a step of any size; no rate limit.
 //
 // Source: Franklin, Powell and Workman, Digital Control of Dynamic Systems (1998), zero-order hold.
 #pragma once

@@ -10,7 +10,7 @@ namespace loopwarden::effects::positioner_overshoot {
 namespace {
 
 void candidates(const SearchContext& c, std::vector<Candidate>& all) {
-  // A faster one is a healthy valve's own.
+  // A faster actuator is that of a healthy valve.
   const double slowest_healthy = std::min(1.2 / (kFastActuator * c.slow_s()),
                                           0.5 * std::numbers::pi / c.period_s);  // rad/s
   all.push_back(
@@ -30,7 +30,7 @@ Descriptor describe() {
           .blocks = {Block::valve},
           .parameters = {{"damping", "-", 0.0, true, 1.0, true, true, 0.0, "damping ratio"},
                          above_zero("natural_frequency", "rad/s", "undamped")},
-          .header = "positioner_overshoot.hpp",
+          .header = "positioner_overshoot/positioner_overshoot.hpp",
           .make = [](const SpecReader& read, const EffectContext& context) -> Effect {
             return PositionerOvershoot(read.value("damping"), read.value("natural_frequency"),
                                        context.sample_time_s,

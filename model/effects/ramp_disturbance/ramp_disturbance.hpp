@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Ramp disturbance: a load that comes on gradually and stays (effect `ramp_disturbance`).
+// Ramp disturbance: a disturbance that grows gradually and stays (effect `ramp_disturbance`).
 //
 //   y = q + A clamp( (t - F) / (E - F), 0, 1 )
 //
 //   q, y, A  PV units (A: size)     F, E  from and to, s, F < E     t  s, time of the record
 //
-// What it can't do: it adds to PV, not through the process's lag; straight from beginning to end.
+// Limits: it is added to PV, not before the process's lag; linear from beginning to end.
 #pragma once
 
 #include <algorithm>

@@ -13,14 +13,14 @@ void check(const SpecReader& read, const EffectContext&) {
   }
 }
 
-// Searched as its middle and its length. A shorter one is a step, a longer one a drift, and these go by
-// their own names.
+// The searched parameters are the middle and the length. Shorter ramps are found as steps and
+// longer ones as drift.
 void candidates(const SearchContext& c, std::vector<Candidate>& all) {
   constexpr int kPlaces = 40;
   all.push_back(
       {.block = Block::disturbance,
        .parameters = 4,    // a size and two moments
-       .prior_nats = 2.0,  // a step and a drift are the commoner causes
+       .prior_nats = 2.0,  // a step and a drift are more common
        .search = {{"middle", 0.05 * c.duration_s, 0.95 * c.duration_s, false, kPlaces,
                    0.5 / kPlaces},
                   {"length", 0.06 * c.duration_s, 0.8 * c.duration_s, true, 1}},
@@ -56,7 +56,7 @@ Descriptor describe() {
           .parameters = {any_value("size", "PV units", "reached at its end, stays"),
                          any_value("from", "s", "when it begins"),
                          any_value("to", "s", "when it ends, after from")},
-          .header = "ramp_disturbance.hpp",
+          .header = "ramp_disturbance/ramp_disturbance.hpp",
           .check = check,
           .make = [](const SpecReader& read, const EffectContext&) -> Effect {
             return RampDisturbance(read.value("size"), read.value("from"), read.value("to"));

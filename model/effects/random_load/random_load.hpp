@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// Unmeasured load: a slow random walk that returns to zero (effect `random_load`).
+// Random disturbance: a slow random walk that returns to zero (effect `random_load`).
 //
-//   d' = -d / T + S w,  exactly sampled:  d(k) = a d(k-1) + S sqrt(T (1 - a^2) / 2) n,  a = exp(-h/T)
+//   d' = -d / T + S w,  exactly sampled:
+//   d(k) = a d(k-1) + S sqrt(T (1 - a^2) / 2) n,  a = exp(-h/T)
 //   y = q + d
 //
 //   q, y, d  PV units     S  intensity, PV units per root second, >= 0     T  time_constant, s, > 0
 //   w  white noise        n  normal with standard deviation 1                h  s
 //
-// What it can't do: it adds to PV, not through the process; Gaussian, without steps or bursts.
+// Limits: it is added to PV, not before the process; Gaussian, without steps or bursts.
 //
 // Source: Uhlenbeck and Ornstein, Phys. Rev. 36 (1930) 823-841.
 #pragma once

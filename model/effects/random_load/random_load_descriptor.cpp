@@ -12,7 +12,7 @@ Descriptor describe() {
           .parameters = {at_least_zero("intensity", "PV units/sqrt(s)", "of the random walk"),
                          optional(above_zero("time_constant", "s", "with which it returns to zero"),
                                   300.0)},
-          .header = "random_load.hpp",
+          .header = "random_load/random_load.hpp",
           .make = [](const SpecReader& read, const EffectContext& context) -> Effect {
             return RandomLoad(read.value("intensity"), read.value("time_constant"),
                               context.sample_time_s, context.seed);

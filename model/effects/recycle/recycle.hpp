@@ -1,17 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
-// Recycle: a part of what leaves comes back, late, and is mixed with what enters (effect `recycle`).
+// Recycle: part of the outflow returns late and mixes with the inflow (effect `recycle`).
 //
 //   x(k) = (1 - R) u(k) + R w(k)     w = x(t - D) through a lag of T, linear between samples
 //
-//   u, x  same units     R  share that comes back, 0 to 0.95     D  delay, s, >= one sample     T  time_constant, s, >= 0
+//   u, x  same units     R  share that returns, 0 to 0.95
+//   D     delay, s, >= one sample     T  time_constant, s, >= 0
 //
-// It stands at the input of the process, which a linear process does not tell from its output. The level of PV stays; its
-// way there goes in stairs, each R times the one before, D + T apart. Heat exchangers between feed and effluent,
-// reflux, a return header, recycled solvent.
+// It acts at the input of the process; for a linear process this equals an effect at its output.
+// The final PV doesn't change, but PV reaches it in stairs. Each stair is R times the one before,
+// and D + T later. Examples: heat exchangers between feed and effluent, reflux, a return header,
+// recycled solvent.
 //
 // Severity p fades it in as p R.
-// Errors: the constructor throws std::length_error for a delay beyond what fits in memory.
-// What it can't do: one way back; a share above 0.95, near to running away.
+// Errors: the constructor throws std::length_error if the delay doesn't fit in memory.
+// Limits: one return path; no share above 0.95, which is near to instability.
 //
 // Source: Luyben, Ind. Eng. Chem. Res. 32 (1993) 466-475 (dynamics of recycle systems).
 #pragma once
@@ -23,7 +25,7 @@ namespace loopwarden::effects {
 
 class Recycle {
  public:
-  // Of the delay the loop through the last sample is one.
+  // The feedback through the last sample is one sample of the delay.
   Recycle(double share, double delay_s, double time_constant_s, double period_s)
       : full_(share),
         share_(share),

@@ -18,7 +18,7 @@ void check(const SpecReader& read, const EffectContext& context) {
   }
 }
 
-// A way back as short as the process itself is another lag.
+// A return path as short as the process itself looks like another lag.
 void candidates(const SearchContext& c, std::vector<Candidate>& all) {
   const SearchRange share{"share", 0.05, 0.8, false, 4};
   const SearchRange delay =
@@ -38,11 +38,11 @@ Descriptor describe() {
       .name = "recycle",
       .blocks = {Block::process},
       .parameters = {{"share", "-", 0.0, false, kMostShare, false, true, 0.0,
-                      "of what leaves, that comes back"},
-                     at_least_zero("delay", "s", "until it is back"),
-                     optional(at_least_zero("time_constant", "s", "of a lag on the way back"),
+                      "of the outflow that returns"},
+                     at_least_zero("delay", "s", "of the return path"),
+                     optional(at_least_zero("time_constant", "s", "of a lag in the return path"),
                               0.0)},
-      .header = "recycle.hpp",
+      .header = "recycle/recycle.hpp",
       .check = check,
       .make = [](const SpecReader& read, const EffectContext& context) -> Effect {
         return Recycle(read.value("share"), read.value("delay"), read.value("time_constant"),

@@ -5,15 +5,15 @@
 //
 //   u, x  CO units     D  step, CO units, >= 0 (0: x = u)     lo  lower end of the output, CO units
 //
-// Seen with stepping actuators, coarse converters in a positioner, and positioners with a dead zone.
+// Causes: stepping actuators, coarse converters in a positioner, and positioners with a dead zone.
 //
 // Severity p fades it in as p D.
-// Errors: none; a non-finite u gives a non-finite x.
-// What it can't do: every step is complete within a sample, and the places where it steps are the same
-// up and down; a stem that needs more CO after a reversal has `backlash` or `stiction`.
+// Errors: no exceptions; if u is not finite, neither is x.
+// Limits: every step is complete within a sample, and the stem steps at the same places up and
+// down. A stem that needs more CO after a reversal has `backlash` or `stiction`.
 //
-// Source: ANSI/ISA-75.25.01 (2000), resolution: the least step in one direction that moves the valve;
-// Widrow and Kollar, Quantization Noise (2008), the uniform quantizer.
+// Source: ANSI/ISA-75.25.01 (2000), resolution: the least step in one direction that moves the
+// valve; Widrow and Kollar, Quantization Noise (2008), the uniform quantizer.
 #pragma once
 
 #include <cmath>

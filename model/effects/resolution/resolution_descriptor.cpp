@@ -6,13 +6,14 @@
 namespace loopwarden::effects::resolution {
 namespace {
 
-// A loop hunts about an edge of the staircase, and a part in a thousand of the step puts that edge elsewhere:
-// hence so many places. Finer staircases leave less than a healthy valve's friction does.
+// A loop hunts about one edge of the staircase. An error of 0.1 % in the step moves that edge, so
+// the grid has many points. Finer staircases have a smaller effect than the friction of a healthy
+// valve.
 void candidates(const SearchContext& c, std::vector<Candidate>& all) {
   constexpr int kPlaces = 800;
   all.push_back(
       {.smooth = false,
-       .parameters = 3,    // all edges follow from one number, as all waves of a sine do
+       .parameters = 3,    // one number sets all edges, as a frequency sets all waves
        .prior_nats = 2.0,  // rarer than friction
        .search = {{"step", 0.02 * c.span(), 0.15 * c.span(), true, kPlaces, 0.5 / kPlaces}},
        .starts = 3});
@@ -26,7 +27,7 @@ Descriptor describe() {
           .blocks = {Block::valve},
           .parameters = {at_least_zero("step", "CO units",
                                        "between two places where the stem can rest")},
-          .header = "resolution.hpp",
+          .header = "resolution/resolution.hpp",
           .make = [](const SpecReader& read, const EffectContext& context) -> Effect {
             return Resolution(read.value("step"), context.output_low);
           },

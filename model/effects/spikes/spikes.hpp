@@ -1,17 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 // Single readings that are far off (effect `spikes`).
 //
-//   y = q + A z,  z = 1 or -1 with a chance of P/2 each, else 0, each sample by itself
+//   y = q + A z,  z = 1 or -1 with a probability of P/2 each, otherwise 0; samples are independent
 //
 //   q, y  PV units, noise included     A  size, PV units, >= 0     P  share of the samples, 0 to 1
 //
-// Loose contacts, interference, bubbles at an electrode, echoes of a level radar.
+// Causes: loose contacts, interference, bubbles at an electrode, echoes of a level radar.
 //
 // Severity p fades it in as p A.
-// Errors: none; a non-finite q gives a non-finite y.
-// What it can't do: one size, one sample each; real ones come in bursts.
+// Errors: no exceptions; if q is not finite, neither is y.
+// Limits: all spikes have the same size and last one sample; real spikes occur in bursts.
 //
-// Source: Menold, Pearson and Allgower, Control Engineering Practice 7 (1999) 1185-1200 (additive outliers).
+// Source: Menold, Pearson and Allgower, Control Engineering Practice 7 (1999) 1185-1200 (additive
+// outliers).
 #pragma once
 
 #include <cstdint>

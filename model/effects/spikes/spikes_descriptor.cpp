@@ -12,7 +12,7 @@ Descriptor describe() {
       .blocks = {Block::transmitter},
       .parameters = {{"share", "-", 0.0, false, 1.0, false, true, 0.0, "of the samples"},
                      at_least_zero("size", "PV units", "of each")},
-      .header = "spikes.hpp",
+      .header = "spikes/spikes.hpp",
       .make = [](const SpecReader& read, const EffectContext& context) -> Effect {
         return Spikes(read.value("share"), read.value("size"), context.seed);
       },

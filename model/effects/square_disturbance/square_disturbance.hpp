@@ -1,13 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// Square disturbance: something upstream switches on and off (effect `square_disturbance`).
+// Square disturbance: equipment upstream switches on and off (effect `square_disturbance`).
 //
 //   y = q + A m,  m the mean of sign( sin(2 pi t / T + phase) ) over a sample about t
 //
-//   q, y, A  PV units (A: amplitude)     T  period, s, > 0     phase  rad     t  s, time of the record
+//   q, y, A  PV units (A: amplitude)     T  period, s, > 0     phase  rad
+//   t        s, time of the record
 //
-// The mean, so that an edge between two samples shows by its part in the sample it falls in.
+// With the mean, an edge between two samples changes its sample by the corresponding share.
 //
-// What it can't do: as long on as off; it adds to PV at once, not through the process's lag.
+// Limits: on and off have the same length; it is added to PV directly, not before the process's
+// lag.
 #pragma once
 
 #include <algorithm>
@@ -26,7 +28,7 @@ class SquareDisturbance {
         sample_(sample_time_s / period_s) {}
 
   void set_severity(double severity) noexcept { severity_ = severity; }
-  // It knows no rest: a record begins with it on or off.
+  // The disturbance has no rest: it is on or off at the start of a record.
   double reset(double q) noexcept { return step(q, 0.0); }
   double step(double q, double time_s) noexcept {
     const double turns = time_s / period_s_ + lead_;
@@ -36,7 +38,8 @@ class SquareDisturbance {
   }
 
  private:
-  // Of the sign, over turns: up in the first half of each, down in the second.
+  // Returns the integral of the sign over turns: it rises in the first half of a turn and falls in
+  // the second.
   static double integral(double turns) noexcept {
     const double in_turn = turns - std::floor(turns);
     return std::min(in_turn, 1.0 - in_turn);
@@ -44,8 +47,8 @@ class SquareDisturbance {
 
   double amplitude_;  // PV units
   double period_s_;   // s
-  double lead_;       // of a period
-  double sample_;     // of a period
+  double lead_;       // phase, share of a period
+  double sample_;     // sample time, share of a period
   double severity_ = 1.0;
 };
 

@@ -12,7 +12,7 @@ namespace {
 
 using std::numbers::pi;
 
-// Half a turn of phase is another sign of what is solved for.
+// Half a turn of phase changes the sign of the solved amplitude.
 EffectSpec spec(const Candidate&, Candidate::Values v, Candidate::Values solved) {
   const double phase = solved[0] < 0.0 ? v[1] + pi : v[1];
   return {"square_disturbance",
@@ -21,8 +21,9 @@ EffectSpec spec(const Candidate&, Candidate::Values v, Candidate::Values solved)
            {"phase", std::remainder(phase, 2.0 * pi)}}};
 }
 
-// The grid is over the period alone, so each part of half a turn of phase has a candidate of its own. It
-// begins at the end of its part: where the grid has not set the phase yet, any larger one stands for that.
+// The grid covers only the period, so half a turn of phase is divided into parts with one candidate
+// each. A candidate starts at the last phase of its part. Until the grid has set the phase, any
+// larger phase counts as that last phase.
 constexpr int kParts = 4;
 constexpr double last_phase(int part) { return (part + 1) * pi / kParts; }
 
@@ -43,8 +44,8 @@ Candidate candidate(const SearchContext& c) {
   return {
       .block = Block::disturbance,
       .smooth = false,
-      .parameters = 5,    // as a sine's
-      .prior_nats = 2.0,  // a sine is the commoner one
+      .parameters = 5,    // as for a sine
+      .prior_nats = 2.0,  // a sine is more common
       .search = {period, {"phase", last_phase(part) - 0.6 * pi, last_phase(part), false, 1, 0.15}},
       .starts = 4,
       .solved = {"amplitude"},
@@ -70,7 +71,7 @@ Descriptor describe() {
           .parameters = {at_least_zero("amplitude", "PV units", "half of what it switches"),
                          above_zero("period", "s", "of switching on and off"),
                          optional(any_value("phase", "rad", "at the start of the record"), 0.0)},
-          .header = "square_disturbance.hpp",
+          .header = "square_disturbance/square_disturbance.hpp",
           .make = [](const SpecReader& read, const EffectContext& context) -> Effect {
             return SquareDisturbance(read.value("amplitude"), read.value("period"),
                                      read.value("phase"), context.sample_time_s);

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Step disturbance (effect `step_disturbance`).
 //
-//   y = q + (t >= T ? A : 0)     q, y, A  PV units (A: size)     T  time, s     t  s, time of the record
+//   y = q + (t >= T ? A : 0)
 //
-// What it can't do: it adds to PV at once, not through the process's lag.
+//   q, y, A  PV units (A: size)     T  time, s     t  s, time of the record
+//
+// Limits: it is added to PV directly, not before the process's lag.
 #pragma once
 
 namespace loopwarden::effects {

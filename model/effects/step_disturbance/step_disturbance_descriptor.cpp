@@ -10,7 +10,7 @@ void candidates(const SearchContext& c, std::vector<Candidate>& all) {
   constexpr int kPlaces = 100;
   all.push_back({.block = Block::disturbance,
                  .smooth = false,
-                 .parameters = 3,  // a moment costs as much as two (Zhang and Siegmund 2007)
+                 .parameters = 3,  // a moment counts as two (Zhang and Siegmund 2007)
                  .search = {{"time", 0.02 * c.duration_s, 0.98 * c.duration_s, false, kPlaces,
                              0.5 / kPlaces}},
                  .solved = {"size"},
@@ -33,7 +33,7 @@ Descriptor describe() {
           .blocks = {Block::disturbance},
           .parameters = {any_value("size", "PV units", "of the step"),
                          any_value("time", "s", "when it begins")},
-          .header = "step_disturbance.hpp",
+          .header = "step_disturbance/step_disturbance.hpp",
           .make = [](const SpecReader& read, const EffectContext&) -> Effect {
             return StepDisturbance(read.value("size"), read.value("time"));
           },

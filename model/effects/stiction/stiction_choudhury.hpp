@@ -1,25 +1,27 @@
 // SPDX-License-Identifier: Apache-2.0
-// Stiction, data-driven law with two parameters (effect `stiction`, law `choudhury`, the default).
+// Stiction: a data-driven law with two parameters (effect `stiction`, law `choudhury`, the
+// default).
 //
 // The stem x follows the command u at the distance of the moving friction, and sticks whenever u
 // stops or turns:
 //
-//   stuck:   x stays, until |u - x| > fs; then it slips to x = u - sign(u - x) fd
-//   moving:  x = u - d fd while u goes on in direction d; sticks (x stays) when u stops or turns
+//   stuck:   x stays until |u - x| > fs; then it slips to x = u - sign(u - x) fd
+//   moving:  x = u - d fd while u continues in direction d; sticks (x stays) when u stops or turns
 //
 //   u  CO units in     x  CO units out     d  direction of motion, -1 or +1
 //   fs, fd  CO units, see stiction_law.hpp
 //
-// After a stop in the same direction this takes j of further CO before it moves, after a reversal s,
-// as in the paper's flow chart, written there with the value of u at which the stem stuck.
+// After a stop the stem needs a further CO of j to move in the same direction, and s after a
+// reversal. This agrees with the flow chart of the paper, which uses the value of u at which the
+// stem stuck.
 //
-// Errors: none. A non-finite u leaves the stem where it is.
-// What it can't do: it is quasi-static, so a slip is complete within one sample, and the stem stops
-// exactly when u does; no dependence on velocity (Stribeck), no creep, no drift of friction along the
-// travel. Noise on u makes it stick and slip at every turn.
+// Errors: no exceptions. If u is not finite, the stem keeps its position.
+// Limits: it is quasi-static, so a slip is complete within one sample, and the stem stops exactly
+// when u does. No dependence on velocity (Stribeck), no creep, no change of friction along the
+// travel. With noise on u the stem sticks and slips at every turn.
 //
-// Source: Choudhury, Thornhill and Shah, "Modelling valve stiction", Control Engineering Practice 13
-// (2005) 641-658.
+// Source: Choudhury, Thornhill and Shah, "Modelling valve stiction", Control Engineering Practice
+// 13 (2005) 641-658.
 #pragma once
 
 #include <cmath>
@@ -29,7 +31,7 @@
 
 namespace loopwarden::effects {
 
-// The equation, of one stem or of several side by side (numeric/lanes.hpp).
+// The equation for one stem or for several stems in parallel (numeric/lanes.hpp).
 template <class N>
 struct ChoudhuryLaw {
   N static_friction;
@@ -42,7 +44,7 @@ struct ChoudhuryLaw {
     const N one = numeric::every<N>(1.0);
     const N change = u - last_u;
     last_u = u;
-    direction = change * direction > zero ? direction : zero;  // or stopped or turned
+    direction = change * direction > zero ? direction : zero;  // 0: u has stopped or turned
     const N r = u - x;
     const N way = r > zero ? one : -one;
     const N starts = numeric::magnitude(r) > static_friction ? way : zero;

@@ -1,23 +1,28 @@
 // SPDX-License-Identifier: Apache-2.0
-// Stiction with another friction on closing than on opening (effect `stiction` with `s_closing`).
+// Stiction with different friction on opening and closing (effect `stiction` with `s_closing`).
 //
-// The law of stiction_choudhury.hpp, each direction with friction of its own:
+// The law of stiction_choudhury.hpp, with separate friction for each direction:
 //
-//   stuck:   x stays, until u - x > fs (opens, to x = u - fd) or x - u > fs' (closes, to x = u + fd')
-//   moving:  as there, at the distance fd or fd'
+//   stuck:   x stays until u - x > fs (opens, to x = u - fd)
+//            or x - u > fs' (closes, to x = u + fd')
+//   moving:  as in that law, at the distance fd or fd'
 //
-//   u, x  CO units     fs = (s + j)/2, fd = (s - j)/2 of `s`, `j`; fs', fd' of `s_closing`, `j_closing`
+//   u, x  CO units     fs = (s + j)/2, fd = (s - j)/2 of `s`, `j`
+//                      fs', fd' likewise of `s_closing`, `j_closing`
 //
-// So s and j are those of a valve that has this friction both ways. After it closed, the stem opens when CO
-// has come back by fs + fd', and closes after it opened by fs' + fd. Seen where packing or a guide binds one
-// way, and where the fluid helps the stem one way and not the other.
+// So s and j are those of a valve with this friction in both directions. After closing, the stem
+// opens when CO has returned by fs + fd'; after opening, it closes when CO has returned by fs' +
+// fd.
+// Causes: packing or a guide that binds in one direction, or fluid that helps the stem in one
+// direction only.
 //
 // Severity p fades it in as p s, p j, p s' and p j'.
-// Errors: none. A non-finite u leaves the stem where it is.
-// What it can't do: what stiction_choudhury.hpp can't.
+// Errors: no exceptions. If u is not finite, the stem keeps its position.
+// Limits: those of stiction_choudhury.hpp.
 //
-// Source: Choudhury, Thornhill and Shah, Control Engineering Practice 13 (2005) 641-658, for the law;
-// Garcia, Control Engineering Practice 16 (2008) 667-681, on friction that depends on the direction.
+// Source: Choudhury, Thornhill and Shah, Control Engineering Practice 13 (2005) 641-658, for the
+// law; Garcia, Control Engineering Practice 16 (2008) 667-681, on friction that depends on the
+// direction.
 #pragma once
 
 #include <cmath>
@@ -45,7 +50,7 @@ class StictionClosing {
   }
   double step(double u) noexcept {
     if (!std::isfinite(u)) return law_.x;
-    // The stem is behind u in the direction in which it moves or would start.
+    // The stem lags u in the direction in which it moves or would start.
     const StictionParameters& now = u > law_.x ? opening_ : closing_;
     law_.static_friction = now.static_friction();
     law_.moving_friction = now.moving_friction();

@@ -68,7 +68,7 @@ Effect make(const SpecReader& read, const EffectContext& context) {
   return StictionChoudhury(p);
 }
 
-// The stem of a real valve has momentum.
+// Returns the effect with the law `inertial`: the stem of a real valve has momentum.
 EffectSpec with_momentum(EffectSpec effect, double natural_frequency_rad_s, double damping) {
   effect.parameters["natural_frequency"] = natural_frequency_rad_s;
   effect.parameters["damping"] = damping;
@@ -76,7 +76,7 @@ EffectSpec with_momentum(EffectSpec effect, double natural_frequency_rad_s, doub
   return effect;
 }
 
-// Without a slip jump it is play.
+// Returns 0 if the slip jump is too small to distinguish stiction from backlash, otherwise 1.
 double jumps(Candidate::Values v, Candidate::Values, double) {
   constexpr double kLeastJump = 0.02;  // of s
   return v[1] >= kLeastJump ? 1.0 : 0.0;
@@ -114,10 +114,10 @@ Descriptor describe() {
           .parameters = {at_least_zero("s", "CO units", "deadband + stickband"),
                          at_least_zero("j", "CO units", "slip jump, at most s"),
                          optional(at_least_zero("s_closing", "CO units",
-                                                "s on closing, where it differs; else s"),
+                                                "s on closing, if it differs; otherwise s applies"),
                                   kInfinity),
                          optional(at_least_zero("j_closing", "CO units",
-                                                "j on closing, where it differs; else j"),
+                                                "j on closing, if it differs; otherwise j applies"),
                                   kInfinity),
                          of_the_law(optional(above_zero("natural_frequency", "rad/s",
                                                         "of the actuator, law inertial"),
@@ -128,7 +128,7 @@ Descriptor describe() {
           .options = {{"law",
                        {"choudhury", "he", "karnopp", "inertial"},
                        "data-driven (choudhury, he) or physical (karnopp, inertial)"}},
-          .header = "stiction_choudhury.hpp",
+          .header = "stiction/stiction_choudhury.hpp",
           .check = check,
           .make = make,
           .candidates = candidates,

@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-// Stiction, simplified data-driven law (effect `stiction`, law `he`).
+// Stiction: a simplified data-driven law (effect `stiction`, law `he`).
 //
 //   r = u - x                          force not yet balanced, CO units
 //   |r| > fs:  x = u - sign(r) fd      slips, and sticks again in the same sample
-//   else       x stays
+//   otherwise  x stays
 //
 //   u  CO units in     x  CO units out     fs, fd  CO units, see stiction_law.hpp
 //
 // The stem sticks again after every sample, so that even steady motion is a series of small slips.
 //
-// Errors: none. A non-finite u leaves the stem where it is.
-// What it can't do: continuous motion (it overstates stick-slip on ramps); the rest as for the
+// Errors: no exceptions. If u is not finite, the stem keeps its position.
+// Limits: no continuous motion, so it overstates stick-slip on ramps; otherwise those of the
 // Choudhury law.
 //
 // Source: He, Wang, Pottmann and Qin, Ind. Eng. Chem. Res. 46 (2007) 4549-4560.
@@ -23,7 +23,7 @@
 
 namespace loopwarden::effects {
 
-// The equation, of one stem or of several side by side (numeric/lanes.hpp).
+// The equation for one stem or for several stems in parallel (numeric/lanes.hpp).
 template <class N>
 struct HeLaw {
   N static_friction;

@@ -8,7 +8,7 @@
 namespace loopwarden::effects {
 namespace {
 
-constexpr int kMostStops = 16;  // in one period; more would be chatter of rounding errors
+constexpr int kMostStops = 16;  // per period; more stops would be chatter by rounding errors
 
 }  // namespace
 
@@ -19,7 +19,7 @@ StictionInertial::StictionInertial(StictionParameters parameters, Actuator actua
       period_s_(period_s),
       decay_rate_(actuator.damping * actuator.natural_frequency_rad_s),
       overdamped_(actuator.damping >= 1.0),
-      // Exactly at 1 the solution has another form, a hair beside it the same values.
+      // Exactly at 1 the solution has another form; very near 1 it has the same values.
       frequency_(actuator.natural_frequency_rad_s *
                  std::sqrt(std::max(std::abs(1.0 - actuator.damping * actuator.damping), 1e-6))),
       stiffness_(actuator.natural_frequency_rad_s * actuator.natural_frequency_rad_s) {
@@ -86,7 +86,7 @@ void StictionInertial::start_or_stop(double u) noexcept {
     double across = v_ * frequency_;
     double along = stiffness_ * y + decay_rate_ * v_;
     if (overdamped_) {
-      // The velocity passes through zero once at most.
+      // The velocity crosses zero at most once.
       const double ratio = across / along;
       const double stop_s = ratio > 0.0 && ratio < 1.0 ? std::atanh(ratio) / frequency_ : left_s;
       advance(centre, std::min(stop_s, left_s));
@@ -95,7 +95,7 @@ void StictionInertial::start_or_stop(double u) noexcept {
       left_s -= stop_s;
       continue;
     }
-    // The velocity passes through zero next at the phase of (along, across), or half a turn later.
+    // The velocity next crosses zero at the phase of (along, across), or half a turn later.
     double stop_s = std::atan2(across, along) / frequency_;
     if (stop_s <= 1e-9) {
       stop_s += std::numbers::pi / frequency_;

@@ -10,7 +10,7 @@ constexpr double kMass = 1.36;              // kg
 constexpr double kSpringRate = 52'500.0;    // N/m
 constexpr double kViscousFriction = 612.0;  // N s/m
 constexpr double kSubstep = 0.5e-3;         // s, longest
-constexpr int kMostSubsteps = 20'000;       // 10 s: in a longer period all motion has long ended
+constexpr int kMostSubsteps = 20'000;       // 10 s: in a longer period all motion has ended by then
 constexpr double kRestVelocity = 1e-4;      // CO units/s
 constexpr double kInverseMass = kSpringRate / kMass;         // 1/s^2, wn^2
 constexpr double kDamping = kViscousFriction / kSpringRate;  // s
@@ -50,7 +50,7 @@ double StictionKarnopp::step(double u) noexcept {
     if (std::abs(v_) < kRestVelocity) {
       v_ = 0.0;
       if (std::abs(force) <= static_friction_) {
-        if (std::abs(u - x_) <= static_friction_) return x_;  // stuck for the rest of the period
+        if (std::abs(u - x_) <= static_friction_) return x_;  // stuck until the end of the period
         continue;
       }
     }
@@ -58,7 +58,8 @@ double StictionKarnopp::step(double u) noexcept {
     const double net = force - std::copysign(moving_friction_, direction);
     const double before = v_;
     v_ = (v_ + kInverseMass * net * substep_s_) / denominator;
-    if (before * v_ < 0.0) v_ = 0.0;  // came to rest within the substep; friction reverses nothing
+    // stopped within the substep; friction can't reverse the motion
+    if (before * v_ < 0.0) v_ = 0.0;
     x_ += v_ * substep_s_;
   }
   return x_;

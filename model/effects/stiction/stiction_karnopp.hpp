@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Stiction, physical model: a spring-opposed actuator with Karnopp friction (effect `stiction`, law
-// `karnopp`).
+// Stiction: a physical model of a spring-opposed actuator with Karnopp friction (effect `stiction`,
+// law `karnopp`).
 //
 // Force balance on the stem, divided by the spring rate k:
 //
@@ -17,15 +17,16 @@
 // 2005, table of the pneumatic valve): wn = 196 rad/s, c = 0.0117 s, damping ratio 1.15, so that a
 // slip takes about 0.05 s and does not overshoot.
 //
-// Integrated semi-implicitly in steps of at most 0.5 ms; a stuck stem costs nothing. About a hundred
-// times dearer than the data-driven laws while it moves. The force goes from the last u to the new one
-// linearly within the period: were it a staircase, the stem would come to rest on every stair, and
-// stick-slip where a real actuator, whose air takes time, moves on.
+// The integration is semi-implicit in steps of at most 0.5 ms. While the stem moves, it takes about
+// a hundred times as long as the data-driven laws; a stuck stem takes no steps. Within a period the
+// force changes linearly from the last u to the new one. With a staircase of u the stem would stop
+// on every stair and stick-slip; a real actuator moves on, because its air pressure changes
+// gradually.
 //
-// Severity p fades it in as p S and p J; at 0 the stem follows u at once.
-// Errors: none. A non-finite u leaves the stem where it is.
-// What it can't do: no Stribeck curve and no presliding (LuGre); friction the same along the travel;
-// no pneumatics but that line: no lag, no rate limit (see low_air_supply.hpp).
+// Severity p fades it in as p S and p J; at 0 the stem follows u immediately.
+// Errors: no exceptions. If u is not finite, the stem keeps its position.
+// Limits: no Stribeck curve and no presliding (LuGre); the same friction along the whole travel; no
+// pneumatics except that linear force: no lag, no rate limit (see low_air_supply.hpp).
 //
 // Source: Karnopp, J. Dyn. Sys., Meas., Control 107 (1985) 100-103.
 #pragma once

@@ -3,11 +3,11 @@
 
 namespace loopwarden::effects {
 
-// The two numbers of every stiction law here, and what they mean as friction. Forces are divided by
-// the spring rate, so that all are in CO units.
+// The two parameters of every stiction law, and the friction that follows from them. Forces are
+// divided by the spring rate, so that all are in CO units.
 //
-//   s   deadband + stickband: what CO must travel after a reversal before the stem moves
-//   j   slip jump: how far the stem then jumps
+//   s   deadband + stickband: travel of CO after a reversal before the stem moves
+//   j   slip jump: jump of the stem at that moment
 //   static friction  fs = (s + j) / 2       moving friction  fd = (s - j) / 2
 //
 // Ranges: s >= 0, 0 <= j <= s. (j > s, overshooting slip, would need a negative moving friction.)

@@ -11,12 +11,14 @@
 //
 //   x  stem travel, CO units     q  flow in CO units     lo, hi  range of the output, CO units
 //
-// IEC 60534's equal-percentage valve, R^(h-1), does not close; here it is shifted and scaled so that
-// it does. Outside [0, 1] h is held at the ends; a table goes on with its end slopes.
+// The equal-percentage valve of IEC 60534, R^(h-1), doesn't close; here it is shifted and scaled so
+// that it closes. Outside [0, 1] h counts as the nearest end; a table continues with its end
+// slopes.
 // Severity p fades it in as x + p (q - x).
 //
-// Errors: none; a non-finite x gives a non-finite q.
-// What it can't do: inherent, not installed: no pressure drop in the line, no choking, no leakage.
+// Errors: no exceptions; if x is not finite, neither is q.
+// Limits: the characteristic is inherent, not installed: no pressure drop in the line, no choking,
+// no leakage.
 //
 // Source: IEC 60534-2-4 (inherent flow characteristics); butterfly by geometry.
 #pragma once

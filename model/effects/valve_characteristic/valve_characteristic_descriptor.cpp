@@ -36,8 +36,8 @@ Effect make(const SpecReader& read, const EffectContext& context) {
   return ValveCharacteristic(p, context.output_low, context.output_high);
 }
 
-// A characteristic whose slope is exp(bend h + swing h^2), h from -1/2 to 1/2: equal percentage without
-// swing, quick opening with a negative bend, S-shaped with swing; always rising.
+// Returns a rising characteristic with the slope exp(bend h + swing h^2), h from -1/2 to 1/2. It is
+// equal percentage without swing, quick opening with a negative bend, and S-shaped with swing.
 EffectSpec bent(double bend, double swing, double low, double high) {
   constexpr int kPoints = 13;
   constexpr int kFine = 10;  // midpoint rule between points
@@ -93,7 +93,7 @@ Descriptor describe() {
       .options = {curve},
       .takes_table = true,
       .table = {"[[x, q], ...]", "travel and flow, CO units, both rising"},
-      .header = "valve_characteristic.hpp",
+      .header = "valve_characteristic/valve_characteristic.hpp",
       .check = check,
       .make = make,
       .candidates = candidates,

@@ -1,15 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-// Gain that changes in the course of the record (effect `varying_gain`).
+// A gain that changes during the record (effect `varying_gain`).
 //
-//   x = F(t) u,   F the smooth curve through the points (t, factor), constant before the first and behind
-//   the last: cubic Hermite pieces whose slope at a point is the harmonic mean of the two straight
-//   slopes beside it, 0 where they differ in sign
+//   x = F(t) u
+//
+// F is a smooth curve through the points (t, factor), constant before the first and after the last
+// point. It consists of cubic Hermite pieces. The slope at a point is the harmonic mean of the two
+// adjacent straight slopes, or 0 if they differ in sign.
 //
 //   u, x  CO units, at the input of the process     F  factor, > 0     t  s, time of the record
 //
 // Severity p fades it in as factor 1 + p (F - 1). Between two points F stays between their factors.
-// Errors: none; the points must rise in t, 2 to kMostPoints of them.
-// What it can't do: a gain that follows the opening is `valve_characteristic`.
+// Errors: no exceptions. The points must rise in t; 2 to kMostPoints points.
+// Limits: no gain that depends on the opening, which is `valve_characteristic`.
 //
 // Source: Fritsch and Butland, SIAM J. Sci. Stat. Comput. 5 (1984) 300-304 (monotone pieces).
 #pragma once
@@ -60,7 +62,7 @@ class VaryingGain {
            (p_.points[i + 1].time_s - p_.points[i].time_s);
   }
   double slope(std::size_t i) const noexcept {          // at point i, 1/s
-    if (i == 0 || i + 1 >= p_.point_count) return 0.0;  // goes on as a constant
+    if (i == 0 || i + 1 >= p_.point_count) return 0.0;  // constant beyond this point
     const double before = straight(i - 1);
     const double after = straight(i);
     return before * after > 0.0 ? 2.0 * before * after / (before + after) : 0.0;

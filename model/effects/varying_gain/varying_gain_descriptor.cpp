@@ -37,8 +37,8 @@ Effect make(const SpecReader& read, const EffectContext&) {
 
 constexpr int kKnots = 5;
 
-// Factors at evenly spaced times from the first to the last sample that is fitted; behind them the last one
-// holds, which is all that a record can say of what it has not seen.
+// Returns factors at evenly spaced times from the first to the last fitted sample. After that
+// sample the last factor applies, because the record has no later information.
 EffectSpec spec(const Candidate&, Candidate::Values v, Candidate::Values) {
   EffectSpec effect{"varying_gain"};
   for (int i = 0; i < kKnots; ++i) {
@@ -47,7 +47,7 @@ EffectSpec spec(const Candidate&, Candidate::Values v, Candidate::Values) {
   return effect;
 }
 
-// One factor all the time is another gain.
+// Returns 1 if the factors vary; a constant factor is only another gain.
 double varies(Candidate::Values v, Candidate::Values, double) {
   constexpr double kLeast = 1.03;
   const auto [low, high] = std::minmax_element(v.begin(), v.begin() + kKnots);
@@ -57,7 +57,7 @@ double varies(Candidate::Values v, Candidate::Values, double) {
 void candidates(const SearchContext& c, std::vector<Candidate>& all) {
   Candidate candidate{.block = Block::process,
                       .parameters = kKnots,
-                      .prior_nats = 6.0,  // with so many factors it follows any slow load as well
+                      .prior_nats = 6.0,  // so many factors follow any slow disturbance, too
                       .starts = 1,
                       .spec = spec,
                       .telling = varies,
@@ -65,7 +65,7 @@ void candidates(const SearchContext& c, std::vector<Candidate>& all) {
   for (const char* name : {"factor_1", "factor_2", "factor_3", "factor_4", "factor_5"}) {
     candidate.search.push_back({name, 0.5, 2.0, true, 1, 0.02});
   }
-  // Known, and no search: the end of what is fitted.
+  // Fixed, not searched: the end of the fitted part.
   candidate.search.push_back({"last", c.duration_s, c.duration_s * 1.001, false, 1});
   all.push_back(candidate);
 }
@@ -79,7 +79,7 @@ Descriptor describe() {
       .blocks = {Block::process},
       .takes_table = true,
       .table = {"[[t, factor], ...]", "s of the record and factor of the process gain, t rising"},
-      .header = "varying_gain.hpp",
+      .header = "varying_gain/varying_gain.hpp",
       .check = check,
       .make = make,
       .candidates = candidates,

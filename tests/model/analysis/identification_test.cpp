@@ -434,7 +434,7 @@ TEST_CASE("a set point that moves too little against the load gives no number",
   const Identification found = identified(r.co, r.pv, r.sp);
   CHECK(found.closed_loop);
   CHECK_FALSE(found.can_tell());
-  CHECK_THAT(found.reason, Catch::Contains("what SP moved"));
+  CHECK_THAT(found.reason, Catch::Contains("the movement of SP"));
   CHECK(found.outside_margin > 0.2);
 }
 
@@ -501,7 +501,7 @@ TEST_CASE("a long record of a fast process is cut to where SP moves",
   CHECK(found.used.thinned == 1);
   CHECK(found.used.from > 10'000);
   REQUIRE_FALSE(found.notes.empty());
-  CHECK_THAT(found.notes.front(), Catch::Contains("cut to where SP moves most"));
+  CHECK_THAT(found.notes.front(), Catch::Contains("cut to the stretch in which SP moves most"));
   CHECK(found.closed_loop);
   REQUIRE(found.can_tell());
   CHECK(found.best().gain.value == Approx(1.2264).epsilon(0.05));
@@ -533,7 +533,7 @@ TEST_CASE("a record is enough for a loop model, and the assumptions are reported
   CHECK(told.model->controller.set_point.high == 40.0);
   CHECK(told.model->controller.pid.output_low == 4.0);
   CHECK(told.model->controller.output.high == 20.0);
-  CHECK(told.assumptions[3] == "PV runs from 0 to 40, as it was told");
+  CHECK(told.assumptions[3] == "PV runs from 0 to 40, as given");
   const LoopRun still = loop_run(7, 0.0, 0.3);
   const AssumedModel none =
       assumed_model({.co = still.co, .pv = still.pv, .sp = still.sp, .sample_time_s = kPeriod});

@@ -39,7 +39,7 @@ TEST_CASE("the lag is replaced: a step rings as second order does",
 TEST_CASE("without a process the lag must be stated", "[effects][oscillatory_process]") {
   effects::EffectSpec spec{"oscillatory_process", {{"damping", 0.3}, {"natural_frequency", 0.8}}};
   CHECK_THROWS_WITH(effects::check_effect(spec, effects::Block::process, {}),
-                    "time_constant of the lag in whose place it stands is missing");
+                    "time_constant of the lag that it replaces is missing");
   effects::complete(spec, {.time_constant_s = 4.0});
   CHECK(spec.parameters.at("time_constant") == 4.0);
   CHECK_NOTHROW(effects::check_effect(spec, effects::Block::process, {}));
