@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // All that anyone asks of an effect: its name and number, keys with units and ranges, how to make it,
 // how `gap` searches it, what it is to linear analysis and to alarms, how an engineer recognises it.
-// One source of this folder describes one effect, words.txt has its words; catalogue.hpp has all of them.
+// Each effect has a folder: NAME_descriptor.cpp describes it, words.txt has its words. catalogue.hpp lists all.
 #pragma once
 
 #include <cstdint>

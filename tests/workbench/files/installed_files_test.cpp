@@ -35,7 +35,7 @@ TEST_CASE("Files of the source tree are found at their place in the package") {
   write(share / "doc/loopwarden/examples/some-models/plant.yaml");
   CHECK(installed("examples/some-data/record.csv", root) ==
         root + "/loopwarden/some-data/record.csv");
-  CHECK(installed("./data/some-data", root) == root + "/loopwarden/some-data");
+  CHECK(installed("./examples/some-data", root) == root + "/loopwarden/some-data");
   CHECK(installed("examples/some-models/plant.yaml", root) ==
         root + "/doc/loopwarden/examples/some-models/plant.yaml");
   // A file outside the package, or with another prefix, keeps its name for the message.
