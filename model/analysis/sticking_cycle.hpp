@@ -4,7 +4,7 @@
 //   x = sticks(u; s, j)     T q' = K (x(t - L) - m) - q     y = c + q + n     n(k) - n(k-1) = e(k) - theta e(k-1)
 //
 //   u  CO, CO units     x  stem, CO units     y  PV, PV units     m  mean of CO     c  level, PV units
-//   s, j  deadband + stickband and slip jump, CO units (plant/stiction_choudhury.hpp)
+//   s, j  deadband + stickband and slip jump, CO units (effects/stiction/stiction_choudhury.hpp)
 //   K  gain, PV units/CO unit     T  time constant, s     L  dead time, s
 //   n  noise beside a load that wanders: theta 0 all wander, 1 all noise
 //

@@ -35,7 +35,7 @@ enum class Cause : std::uint8_t {
   sensor,
   master_loop,
   no_flow,
-  neighbour  // named by who knows the other loops (survey/neighbour.hpp)
+  neighbour  // named by who knows the other loops (diagnosis/neighbour.hpp)
 };
 inline constexpr std::size_t kCauseCount = 6;  // of the table
 const char* to_text(Cause cause) noexcept;

@@ -33,7 +33,7 @@ struct ProcessUncertainty {  // relative, what a fit may move without calling it
   friend bool operator==(const ProcessUncertainty&, const ProcessUncertainty&) = default;
 };
 
-// The load in a healthy record, PV units (monitor/load_watch.hpp).
+// The load in a healthy record, PV units (watch/load_watch.hpp).
 struct SeenLoad {
   double mean = 0.0;       // of PV less the twin's
   double deviation = 0.0;  // of its means over minutes
@@ -42,7 +42,7 @@ struct SeenLoad {
   friend bool operator==(const SeenLoad&, const SeenLoad&) = default;
 };
 
-// How far a healthy record's CO is from what the twin's controller makes of SP and PV (monitor/controller_watch.hpp).
+// How far a healthy record's CO is from what the twin's controller makes of SP and PV (watch/controller_watch.hpp).
 struct SeenController {
   double rms = 0.0;         // CO units
   double resolution = 0.0;  // of CO, CO units
@@ -54,7 +54,7 @@ struct SeenController {
 struct TwinFit {
   std::vector<std::string> parameters;          // gain, time_constant, dead_time
   std::vector<std::vector<double>> covariance;  // of their natural logarithms
-  // What the healthy record itself reaches of z (monitor/twin_watch.hpp); 0: not known.
+  // What the healthy record itself reaches of z (watch/twin_watch.hpp); 0: not known.
   double largest = 0.0;
   // Where its PV and CO were, in their units: elsewhere the twin is extrapolated.
   double seen_low = -std::numeric_limits<double>::infinity();
