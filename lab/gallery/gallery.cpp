@@ -221,7 +221,8 @@ std::string markdown(const std::vector<MeasuredLoop>& measured) {
   text += pictures;
   text +=
       "\n## Measured loops\n\n"
-      "Open records ([data](../data/README.md)), a stretch of each, with the observation of an "
+      "Open records ([examples](../examples/README.md)), a stretch of each, with the observation "
+      "of an "
       "engineer.\nThe verdict of `loopwarden diagnose` is for the whole record, without other "
       "records and without the kind of the loop.\n";
   for (const MeasuredLoop& loop : measured) {

@@ -6,7 +6,7 @@
 //
 //   u  CO, CO units     x  stem, CO units     y  PV, PV units
 //   m  mean of CO       c  level, PV units
-//   s, j  deadband + stickband and slip jump, CO units (plant/stiction_choudhury.hpp)
+//   s, j  deadband + stickband and slip jump, CO units (effects/stiction/stiction_choudhury.hpp)
 //   K  gain, PV units/CO unit     T  time constant, s     L  dead time, s
 //   n  noise and a wandering disturbance: theta 0 is only the disturbance, 1 only noise
 //

@@ -3,12 +3,12 @@
 // `hysteresis`).
 //
 //   with width:   u such that H(u) = v, H(u) = (1/n) sum p_i, p_i = clamp(p_i before, u - r_i, u + r_i),
-//                 r_i as in plant/hysteresis_width.hpp, n = 12; u by bisection, 40 halvings. Where v is what
+//                 r_i as in hysteresis_width.hpp, n = 12; u by bisection, 40 halvings. Where v is what
 //                 H stands at, u stays.
-//   with offset:  u = v - offset while v falls, v else: the inverse of plant/hysteresis_offset.hpp
+//   with offset:  u = v - offset while v falls, v else: the inverse of hysteresis_offset.hpp
 //   v             what the law asks for, its reversals below noise_band left out
 //
-//   u, v, p_i, r_i, width, offset  CO units     knee  see plant/hysteresis_width.hpp
+//   u, v, p_i, r_i, width, offset  CO units     knee  see model/effects/hysteresis/hysteresis_width.hpp
 //
 // What it can't do: the parameters are given, not adapted; the source's controller adapts them. With a
 // width that is too large the valve is pushed too far at each reversal. A knee near 1 makes u jump by the

@@ -36,7 +36,7 @@ enum class Cause : std::uint8_t {
   sensor,
   master_loop,
   no_flow,
-  neighbour  // named by the survey, which has the other loops (survey/neighbour.hpp)
+  neighbour  // named by the survey, which has the other loops (diagnosis/neighbour.hpp)
 };
 inline constexpr std::size_t kCauseCount = 6;  // of the table
 const char* to_text(Cause cause) noexcept;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The description of an effect: name, number, keys with units and ranges, law, and search by `gap`.
 // It also has the part of the effect in linear analysis and alarms, and its signs for engineers.
-// Each source file of this folder describes one effect, words.txt has the texts, and catalogue.hpp
+// Each folder below this one describes one effect, with its texts in words.txt. catalogue.hpp
 // collects all descriptions.
 #pragma once
 

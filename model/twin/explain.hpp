@@ -8,7 +8,7 @@
 //               gap workflow does over the stretch alone; else what that finds
 //   agreement   an effect agrees with an alarm of its own name, and with others as its descriptor says; every effect
 //               agrees with model_gap
-//   final name  if no effect agrees and the first one gives its name (monitor/given_name.hpp):
+//   final name  if no effect agrees and the first one gives its name (alarm/given_name.hpp):
 //               of a valve effect its own alarm, otherwise model_gap
 //   left out    PV where the twin may not judge: from beyond the commissioned range until its
 //               samples count again (twin_watch.hpp). The record begins with the first other PV

@@ -19,8 +19,8 @@ namespace loopwarden::evidence {
 
 // Final values of the twin's monitors, each above its limit.
 struct TwinFinding {
-  double change = 0.0;      // z of monitor/twin_watch.hpp
-  double controller = 0.0;  // S of monitor/controller_watch.hpp; NaN: the controller was not
+  double change = 0.0;      // z of watch/twin_watch.hpp
+  double controller = 0.0;  // S of watch/controller_watch.hpp; NaN: the controller was not
                             // monitored
 };
 

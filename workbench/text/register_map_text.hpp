@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Writes the register map as documents and as configuration for the masters that read it. All are
-// generated from the one table in map/, so they are always consistent.
+// generated from the one table in daemon/registers, so they are always consistent.
 #pragma once
 
 #include <cstdint>

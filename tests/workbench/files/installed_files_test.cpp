@@ -35,11 +35,11 @@ TEST_CASE("Files of the source tree are found at their place in the package") {
   write(share / "doc/loopwarden/examples/some-models/plant.yaml");
   CHECK(installed("examples/some-data/record.csv", root) ==
         root + "/loopwarden/some-data/record.csv");
-  CHECK(installed("./data/some-data", root) == root + "/loopwarden/some-data");
+  CHECK(installed("./examples/some-data", root) == root + "/loopwarden/some-data");
   CHECK(installed("examples/some-models/plant.yaml", root) ==
         root + "/doc/loopwarden/examples/some-models/plant.yaml");
   // A file outside the package, or with another prefix, keeps its name for the message.
-  CHECK(installed("data/some-data/other.csv", root) == "data/some-data/other.csv");
+  CHECK(installed("examples/some-data/other.csv", root) == "examples/some-data/other.csv");
   CHECK(installed("some-data/record.csv", root) == "some-data/record.csv");
   CHECK(installed("/examples/some-data/record.csv", root) == "/examples/some-data/record.csv");
   CHECK(installed("", root).empty());
