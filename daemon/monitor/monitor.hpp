@@ -50,7 +50,7 @@ struct MonitoredLoop {
   const std::atomic<bool>* commissioned = nullptr;             // where there are orders
   // Where corrective action has planned moves.
   base::NewestValue<control::PlannedMovesSettings>* moves_settings = nullptr;
-  const rt::MovesBoard* moves = nullptr;
+  const rt::PlannedMovesStatus* moves = nullptr;
   bool hardware = false;  // they move something real
 };
 
@@ -93,7 +93,7 @@ class Monitor {
  private:
   struct PlannedMoves {
     base::NewestValue<control::PlannedMovesSettings>* to_loop;
-    const rt::MovesBoard* state;
+    const rt::PlannedMovesStatus* state;
     bool hardware;
     bool on_order;
     double period_s;

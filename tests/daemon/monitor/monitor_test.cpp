@@ -185,7 +185,7 @@ struct Bench {
   std::atomic<std::uint32_t> settings_taken{0};
   plant::LoopModel twin;
   base::NewestValue<control::PlannedMovesSettings> moves_settings;
-  rt::MovesBoard moves;
+  rt::PlannedMovesStatus moves;
   orders::OrderDesk desk{
       box,
       standing,
@@ -769,7 +769,7 @@ TEST_CASE("planned moves: from the explained alarm through a shadow to a loop th
   bench.run(1);
   bench.answer(rt::MovesWish::off);
   CHECK(corrective() == model::CorrectiveState::waiting);
-  bench.moves.none();
+  bench.moves.clear();
   bench.judges[0]->says.result = model::WindowJudgement::Result::no_fault;
   bench.run(3 * kWindow);
   CHECK_FALSE(bench.board->watch(0).alarms.alarm(AlarmKind::stiction).active());
