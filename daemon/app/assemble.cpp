@@ -89,9 +89,10 @@ gateway::GatewaySettings gateway_settings(const config::ModbusServer& server) {
 
 }  // namespace
 
-ModbusServer::ModbusServer(const config::ModbusServer& server, console::Parts parts,
+ModbusServer::ModbusServer(const config::ModbusServer& server, const console::Plant& plant,
+                           journal::Journal& journal, const console::DaemonInfo& info,
                            base::Clock& clock)
-    : loops(std::move(parts)), gateway(gateway_settings(server), loops, clock) {}
+    : loops(plant, journal, info), gateway(gateway_settings(server), loops, clock) {}
 
 Assembly::Assembly(config::Configuration from_files, const std::filesystem::path& folder,
                    const config::Specialists& specialists,
@@ -134,9 +135,10 @@ Assembly::Assembly(config::Configuration from_files, const std::filesystem::path
                       return worked;
                     }}),
       reloader(configuration, folder, loops.all(), historian, journal, reloader_ends(service)),
-      control(socket_folder(configuration.daemon.runtime_directory), console_parts(),
-              rights_of(configuration.daemon)),
-      readers(configuration.daemon.runtime_directory, console_parts()) {
+      console_sources(*this),
+      control(socket_folder(configuration.daemon.runtime_directory), plant(), archive(),
+              console_sources, console_sources, rights_of(configuration.daemon)),
+      readers(configuration.daemon.runtime_directory, plant(), archive(), console_sources) {
   if (configuration.daemon.real_time.lock_memory) loops.lock_memory();
   make_loops();
   const journal::AlarmStates remembered = journal.open();
@@ -145,8 +147,8 @@ Assembly::Assembly(config::Configuration from_files, const std::filesystem::path
   make_monitor(specialists);
   evidence.remember();
   if (configuration.daemon.modbus_server) {
-    modbus = std::make_unique<ModbusServer>(*configuration.daemon.modbus_server, console_parts(),
-                                            loops.clock());
+    modbus = std::make_unique<ModbusServer>(*configuration.daemon.modbus_server, plant(), journal,
+                                            console_sources, loops.clock());
   }
 }
 
@@ -240,29 +242,16 @@ ReloaderEnds Assembly::reloader_ends(ServiceManager& service) {
           .ready = [&service] { service.ready(); }};
 }
 
-// References; what is behind them is asked for when it is needed.
-console::Parts Assembly::console_parts() {
-  return {
-      .loops = loops.all(),
-      .historian = historian,
-      .board = board,
-      .box_alarms = box_alarms,
-      .journal = journal,
-      .evidence = evidence.store(),
-      .reports = reports,
-      .severe_percent = configuration.daemon.alarms.severe_percent,
-      .daemon_status = [this] { return status_of(*this); },
-      .box_description = [this] { return description_of(*this); },
-      .links = [this] { return links_of(*this); },
-      .configuration = origin.configuration,
-      .config_hash = [this] { return reloader.config_hash(); },
-      .reload = [this](const std::string& peer, bool dry_run,
-                       bool take_file) { return reloader.post(peer, dry_run, take_file); },
-      .reload_state = [this](std::uint64_t number) { return reloader.state(number); },
-      .twin = [this](std::size_t loop) { return evidence.twin(loop); },
-      .box = [this] { return box_reading_of(*this); },
-      .modbus_server = [this] { return modbus ? modbus->gateway.state() : gateway::ServerState{}; },
-      .order_kept = [this](std::size_t loop) { return keeper->kept(loop); }};
+console::Plant Assembly::plant() {
+  return {.loops = loops.all(),
+          .historian = historian,
+          .board = board,
+          .box_alarms = box_alarms,
+          .severe_percent = configuration.daemon.alarms.severe_percent};
+}
+
+console::Archive Assembly::archive() {
+  return {.journal = journal, .evidence = evidence.store(), .reports = reports};
 }
 
 }  // namespace loopwarden::daemon

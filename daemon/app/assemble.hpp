@@ -11,6 +11,7 @@
 #include <string>
 
 #include "config/loop_config.hpp"
+#include "daemon/app/console_sources.hpp"
 #include "daemon/app/evidence_flow.hpp"
 #include "daemon/app/gateway_loops.hpp"
 #include "daemon/app/real_time_loops.hpp"
@@ -50,7 +51,8 @@ struct Watching {
 };
 
 struct ModbusServer {
-  ModbusServer(const config::ModbusServer& server, console::Parts parts, base::Clock& clock);
+  ModbusServer(const config::ModbusServer& server, const console::Plant& plant,
+               journal::Journal& journal, const console::DaemonInfo& info, base::Clock& clock);
 
   GatewayLoops loops;
   gateway::Gateway gateway;
@@ -79,6 +81,7 @@ struct Assembly {
   EvidenceFlow evidence;
   Watching watching;
   Reloader reloader;
+  ConsoleSources console_sources;
   ControlServer control;
   StatusServer readers;
   std::unique_ptr<ModbusServer> modbus;  // null: none is configured
@@ -86,7 +89,8 @@ struct Assembly {
 
  private:
   reports::DeskEnds report_ends(const std::filesystem::path& folder);
-  console::Parts console_parts();
+  console::Plant plant();
+  console::Archive archive();
   ReloaderEnds reloader_ends(ServiceManager& service);
   void make_loops();
   void make_monitor(const config::Specialists& specialists);

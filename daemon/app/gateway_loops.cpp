@@ -6,16 +6,18 @@
 #include "daemon/loops/loop_orders.hpp"
 
 namespace loopwarden::daemon {
-GatewayLoops::GatewayLoops(console::Parts parts) : parts_(std::move(parts)) {
-  for (LoopRuntime& loop : parts_.loops) {
-    desks_.push_back(desk_of(loop, loop.channels->master_orders, parts_.journal));
+GatewayLoops::GatewayLoops(const console::Plant& plant, journal::Journal& journal,
+                           const console::DaemonInfo& info)
+    : plant_(plant), journal_(journal), readings_(plant, info) {
+  for (LoopRuntime& loop : plant_.loops) {
+    desks_.push_back(desk_of(loop, loop.channels->master_orders, journal_));
   }
 }
 
 gateway::LoopReading GatewayLoops::read(std::size_t loop) {
   gateway::LoopReading reading = readings_.read(loop);
   // What was ordered reads back at once.
-  const rt::InForce now = in_force(parts_.loops[loop], desks_[loop]);
+  const rt::InForce now = in_force(plant_.loops[loop], desks_[loop]);
   reading.standing = desks_[loop].standing();
   reading.set_point_wanted = now.set_point;
   reading.output_wanted = now.output;
@@ -45,29 +47,27 @@ void GatewayLoops::close_orders() {
 }
 
 std::uint64_t GatewayLoops::act(std::size_t loop, const monitor::AlarmOrder& order) {
-  return parts_.board.act(loop, order).ticket;
+  return plant_.board.act(loop, order).ticket;
 }
 
 std::uint64_t GatewayLoops::acknowledge_all(std::span<const loopwarden::monitor::AlarmKind> kinds,
                                             const std::string& peer) {
-  return parts_.board.acknowledge_all(kinds, peer, {}).ticket;
+  return plant_.board.acknowledge_all(kinds, peer, {}).ticket;
 }
 
 std::uint64_t GatewayLoops::veto(std::size_t loop, bool vetoed, const std::string& peer) {
   using loopwarden::monitor::Veto;
-  return parts_.board.set_veto(loop, vetoed ? Veto::back : Veto::none, peer, {}).ticket;
+  return plant_.board.set_veto(loop, vetoed ? Veto::back : Veto::none, peer, {}).ticket;
 }
 
 std::uint64_t GatewayLoops::begin_offered(std::size_t loop, const std::string& peer) {
-  return parts_.board.begin_offered(loop, peer, {}).ticket;
+  return plant_.board.begin_offered(loop, peer, {}).ticket;
 }
 
 bool GatewayLoops::settled(std::uint64_t ticket) {
-  return parts_.journal.written(ticket) != journal::Written::not_yet;
+  return journal_.written(ticket) != journal::Written::not_yet;
 }
 
-void GatewayLoops::write_down(journal::JournalEntry entry) {
-  parts_.journal.post(std::move(entry));
-}
+void GatewayLoops::write_down(journal::JournalEntry entry) { journal_.post(std::move(entry)); }
 
 }  // namespace loopwarden::daemon

@@ -8,7 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "daemon/console/parts.hpp"
+#include "daemon/console/daemon_info.hpp"
+#include "daemon/console/plant.hpp"
 #include "daemon/console/plant_readings.hpp"
 #include "daemon/gateway/loops_view.hpp"
 #include "daemon/orders/order_desk.hpp"
@@ -17,7 +18,8 @@ namespace loopwarden::daemon {
 
 class GatewayLoops final : public gateway::LoopsView {
  public:
-  explicit GatewayLoops(console::Parts parts);
+  GatewayLoops(const console::Plant& plant, journal::Journal& journal,
+               const console::DaemonInfo& info);
 
   std::size_t loops() const override { return readings_.loops(); }
   const std::string& name(std::size_t loop) const override { return readings_.name(loop); }
@@ -41,8 +43,9 @@ class GatewayLoops final : public gateway::LoopsView {
   void write_down(journal::JournalEntry entry) override;
 
  private:
-  console::Parts parts_;
-  console::PlantReadings readings_{parts_};
+  console::Plant plant_;
+  journal::Journal& journal_;
+  console::PlantReadings readings_;
   std::deque<orders::OrderDesk> desks_;  // one for each loop
 };
 

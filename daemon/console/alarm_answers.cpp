@@ -62,7 +62,7 @@ std::vector<protocol::AlarmFigures::Counted> counted(const std::vector<model::Co
   return list;
 }
 
-void find_stale(const Parts& parts, std::int64_t now_ms, protocol::AlarmFigures& figures) {
+void find_stale(const Plant& plant, std::int64_t now_ms, protocol::AlarmFigures& figures) {
   const auto look = [&](const std::string& source, const char* name, const model::Alarm& alarm) {
     const std::int64_t since_ms = alarm.memory().raised_ms;
     const bool shown = alarm.state() == model::AlarmState::unacknowledged ||
@@ -72,14 +72,14 @@ void find_stale(const Parts& parts, std::int64_t now_ms, protocol::AlarmFigures&
       figures.stale.push_back({source, name, since_ms});
     }
   };
-  for (std::size_t i = 0; i < parts.board.loops(); ++i) {
-    parts.board.look(i, [&](const monitor::LoopWatch& watch) {
+  for (std::size_t i = 0; i < plant.board.loops(); ++i) {
+    plant.board.look(i, [&](const monitor::LoopWatch& watch) {
       for (const AlarmKind kind : model::kAlarmKinds) {
-        look(parts.board.name(i), model::to_text(kind), watch.alarms.alarm(kind));
+        look(plant.board.name(i), model::to_text(kind), watch.alarms.alarm(kind));
       }
     });
   }
-  const model::BoxAlarms of_box = parts.box_alarms.alarms();
+  const model::BoxAlarms of_box = plant.box_alarms.alarms();
   for (const model::BoxAlarm kind : model::kBoxAlarms) {
     look(model::kBox, model::to_text(kind), of_box.alarm(kind));
   }
@@ -87,19 +87,19 @@ void find_stale(const Parts& parts, std::int64_t now_ms, protocol::AlarmFigures&
 
 }  // namespace
 
-protocol::AlarmDesigns alarm_designs(const Parts& parts, std::size_t loop) {
+protocol::AlarmDesigns alarm_designs(const Plant& plant, std::size_t loop) {
   protocol::AlarmDesigns its;
-  const model::LoopAlarms alarms = parts.board.watch(loop).alarms;
+  const model::LoopAlarms alarms = plant.board.watch(loop).alarms;
   for (const AlarmKind kind : model::kAlarmKinds) {
-    if (alarms.fitted(kind)) its.alarms.push_back(design_of(parts.loops[loop].config, kind));
+    if (alarms.fitted(kind)) its.alarms.push_back(design_of(plant.loops[loop].config, kind));
   }
   return its;
 }
 
-protocol::AlarmDesigns alarm_designs(const Parts& parts) {
+protocol::AlarmDesigns alarm_designs(const Plant& plant) {
   protocol::AlarmDesigns all;
-  for (std::size_t i = 0; i < parts.loops.size(); ++i) {
-    for (protocol::AlarmDesign& one : alarm_designs(parts, i).alarms) {
+  for (std::size_t i = 0; i < plant.loops.size(); ++i) {
+    for (protocol::AlarmDesign& one : alarm_designs(plant, i).alarms) {
       all.alarms.push_back(std::move(one));
     }
   }
@@ -107,10 +107,10 @@ protocol::AlarmDesigns alarm_designs(const Parts& parts) {
   return all;
 }
 
-protocol::AlarmFigures figures_of(const Parts& parts, std::span<const model::AlarmCame> came,
+protocol::AlarmFigures figures_of(const Plant& plant, std::span<const model::AlarmCame> came,
                                   std::int64_t from_ms, std::int64_t to_ms) {
   std::map<std::pair<std::string, std::string>, std::string> priority;
-  for (const protocol::AlarmDesign& one : alarm_designs(parts).alarms) {
+  for (const protocol::AlarmDesign& one : alarm_designs(plant).alarms) {
     priority[{one.loop, one.alarm}] = one.priority;
   }
   protocol::AlarmFigures figures{.from_ms = from_ms, .to_ms = to_ms};
@@ -127,7 +127,7 @@ protocol::AlarmFigures figures_of(const Parts& parts, std::span<const model::Ala
   figures.flood_percent = found.flood_percent;
   figures.top = counted(found.top);
   figures.chattering = counted(found.chattering);
-  find_stale(parts, to_ms, figures);
+  find_stale(plant, to_ms, figures);
   return figures;
 }
 

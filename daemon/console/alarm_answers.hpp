@@ -6,16 +6,16 @@
 #include <cstdint>
 #include <span>
 
-#include "daemon/console/parts.hpp"
+#include "daemon/console/plant.hpp"
 #include "model/monitor/alarm_figures.hpp"
 #include "protocol/answers.hpp"
 
 namespace loopwarden::daemon::console {
 
-protocol::AlarmDesigns alarm_designs(const Parts& parts);
-protocol::AlarmDesigns alarm_designs(const Parts& parts, std::size_t loop);
+protocol::AlarmDesigns alarm_designs(const Plant& plant);
+protocol::AlarmDesigns alarm_designs(const Plant& plant, std::size_t loop);
 
-protocol::AlarmFigures figures_of(const Parts& parts,
+protocol::AlarmFigures figures_of(const Plant& plant,
                                   std::span<const loopwarden::monitor::AlarmCame> came,
                                   std::int64_t from_ms, std::int64_t to_ms);
 

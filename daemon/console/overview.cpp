@@ -74,19 +74,19 @@ double lowest_known(const analysis::ConditionIndices& c) {
   return lowest;
 }
 
-std::vector<Glance> glance_at(const Parts& parts) {
-  std::vector<Glance> all(parts.loops.size());
+std::vector<Glance> glance_at(const Plant& plant) {
+  std::vector<Glance> all(plant.loops.size());
   for (std::size_t i = 0; i < all.size(); ++i) {
     Glance& glance = all[i];
-    glance.known = parts.historian.latest(i, glance.row);
-    glance.not_in_file = parts.loops[i].settings->gains_not_in_file().has_value();
-    glance.commissioned = parts.loops[i].commissioning->holder().has_value();
-    parts.board.look(i, [&](const monitor::LoopWatch& watch) {
+    glance.known = plant.historian.latest(i, glance.row);
+    glance.not_in_file = plant.loops[i].settings->gains_not_in_file().has_value();
+    glance.commissioned = plant.loops[i].commissioning->holder().has_value();
+    plant.board.look(i, [&](const monitor::LoopWatch& watch) {
       see_alarms(watch, glance);
       glance.condition = lowest_known(watch.condition);
       if (!glance.known) return;
       glance.ne107 = static_cast<double>(
-          health_of(parts.loops[i].config, glance.row, watch, parts.severe_percent));
+          health_of(plant.loops[i].config, glance.row, watch, plant.severe_percent));
     });
   }
   return all;
@@ -123,9 +123,9 @@ static_assert(kSources.size() == protocol::kColumns);
 
 }  // namespace
 
-protocol::Overview overview(const Parts& parts) {
-  const std::vector<Glance> all = glance_at(parts);
-  protocol::Overview overview{.now_ms = parts.board.now_ms(), .config_hash = parts.config_hash()};
+protocol::Overview overview(const Plant& plant, std::uint32_t config_hash) {
+  const std::vector<Glance> all = glance_at(plant);
+  protocol::Overview overview{.now_ms = plant.board.now_ms(), .config_hash = config_hash};
   for (const Source& source : kSources) {
     std::vector<double>& values = overview[source.column];
     values.reserve(all.size());

@@ -2,11 +2,13 @@
 // All loops at a glance: the answer to `overview`.
 #pragma once
 
-#include "daemon/console/parts.hpp"
+#include <cstdint>
+
+#include "daemon/console/plant.hpp"
 #include "protocol/overview.hpp"
 
 namespace loopwarden::daemon::console {
 
-protocol::Overview overview(const Parts& parts);
+protocol::Overview overview(const Plant& plant, std::uint32_t config_hash);
 
 }  // namespace loopwarden::daemon::console

@@ -80,20 +80,21 @@ std::vector<double> values_of(gateway::MapValues& values, bool box, std::size_t 
 
 }  // namespace
 
-protocol::Registers registers(const Parts& parts, const protocol::RegistersRequest& request) {
-  PlantReadings plant(parts);
-  const gateway::ServerState server = parts.modbus_server();
-  gateway::MapValues values(plant, server);
+protocol::Registers registers(const Plant& plant, const DaemonInfo& info,
+                              const protocol::RegistersRequest& request) {
+  PlantReadings readings(plant, info);
+  const gateway::ServerState server = info.modbus_server();
+  gateway::MapValues values(readings, server);
   protocol::Registers all;
   if (!request.values_only.value_or(false)) {
     std::vector<protocol::Field>& names = all.names.emplace();
     for (const Register& reg : map::registers()) names.push_back(field_of(reg));
   }
   // Not of the map, which has no process alarms.
-  all.alarm_changes = parts.board.alarm_changes() + parts.box_alarms.changes();
+  all.alarm_changes = plant.board.alarm_changes() + plant.box_alarms.changes();
   all.box = values_of(values, true, 0);
-  for (std::size_t i = 0; i < plant.loops(); ++i) {
-    all.loops.push_back({plant.name(i), values_of(values, false, i)});
+  for (std::size_t i = 0; i < readings.loops(); ++i) {
+    all.loops.push_back({readings.name(i), values_of(values, false, i)});
   }
   return all;
 }

@@ -3,11 +3,13 @@
 // names: those of area "box" under "box", those of area "loop" under each loop's "values".
 #pragma once
 
-#include "daemon/console/parts.hpp"
+#include "daemon/console/daemon_info.hpp"
+#include "daemon/console/plant.hpp"
 #include "protocol/requests.hpp"
 
 namespace loopwarden::daemon::console {
 
-protocol::Registers registers(const Parts& parts, const protocol::RegistersRequest& request);
+protocol::Registers registers(const Plant& plant, const DaemonInfo& info,
+                              const protocol::RegistersRequest& request);
 
 }  // namespace loopwarden::daemon::console

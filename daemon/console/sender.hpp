@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "daemon/console/offers.hpp"
+#include "daemon/console/access.hpp"
 #include "protocol/requests.hpp"
 
 namespace loopwarden::daemon::console {

@@ -405,12 +405,12 @@ protocol::LoopGains gains_of(const CurrentSettings& current, const control::PidG
 
 }  // namespace
 
-protocol::LoopStatus loop_status(const Parts& parts, std::size_t index) {
-  const LoopRuntime& runtime = parts.loops[index];
+protocol::LoopStatus loop_status(const Plant& plant, std::size_t index) {
+  const LoopRuntime& runtime = plant.loops[index];
   const config::LoopConfig& config = runtime.config;
   const rt::LoopSettings settings = runtime.settings->get();
   const protocol::Ranges ranges = ranges_of(settings);
-  const monitor::LoopWatch watch = parts.board.watch(index);
+  const monitor::LoopWatch watch = plant.board.watch(index);
   const auto position_age_ms =
       static_cast<double>(runtime.channels->position_age_ms.load(std::memory_order_relaxed));
   protocol::LoopStatus loop{
@@ -423,7 +423,7 @@ protocol::LoopStatus loop_status(const Parts& parts, std::size_t index) {
       .co_range = ranges.co_range,
       .sample_time_s = config.sample_time_s,
       .io = io_of(runtime.device().counters()),
-      .recording = recording_of(parts.historian.status(index)),
+      .recording = recording_of(plant.historian.status(index)),
       .monitor = monitor_of(watch, config),
       .orders_refused = runtime.channels->orders_refused.load(std::memory_order_relaxed),
       .position_age_ms = position_age_ms < 0.0 ? protocol::kNone : position_age_ms};
@@ -440,9 +440,9 @@ protocol::LoopStatus loop_status(const Parts& parts, std::size_t index) {
     loop.gains = gains_of(*runtime.settings, settings.controller.pid.gains);
   }
   record::RecordRow row;
-  if (!parts.historian.latest(index, row)) return loop;
+  if (!plant.historian.latest(index, row)) return loop;
   loop.cycle = cycle_of(row, runtime, settings);
-  loop.cycle->ne107 = model::to_text(health_of(config, row, watch, parts.severe_percent));
+  loop.cycle->ne107 = model::to_text(health_of(config, row, watch, plant.severe_percent));
   return loop;
 }
 

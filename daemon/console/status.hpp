@@ -6,7 +6,7 @@
 #include <optional>
 #include <string>
 
-#include "daemon/console/parts.hpp"
+#include "daemon/console/plant.hpp"
 #include "protocol/answers.hpp"
 
 namespace loopwarden::daemon::console {
@@ -14,7 +14,7 @@ namespace loopwarden::daemon::console {
 // One loop's part of `status`.
 // Who controls it: here, elsewhere.
 const char* control_of(const LoopRuntime& loop);
-protocol::LoopStatus loop_status(const Parts& parts, std::size_t loop);
+protocol::LoopStatus loop_status(const Plant& plant, std::size_t loop);
 // The ends of a loop's ranges and what its orders must keep to, as in force.
 protocol::Ranges ranges_of(const rt::LoopSettings& settings);
 

@@ -632,7 +632,8 @@ TEST_CASE(
     CHECK(json::parse(other.request(R"({"request": "status"})", patience)).at("ok") == true);
   }
   CHECK(json::parse(client.request(R"({"request": "status"})", patience)).at("ok") == true);
-  CHECK_THROWS_WITH(ControlServer(bench.folder.path(), bench.parts(), console::Rights{}),
+  CHECK_THROWS_WITH(ControlServer(bench.folder.path(), bench.plant(), bench.archive(), bench.daemon,
+                                  bench.daemon, console::Rights{}),
                     Catch::Contains("another daemon"));
 }
 

@@ -26,7 +26,7 @@
 #include "base/clock.hpp"
 #include "base/local_socket.hpp"
 #include "record/record_csv.hpp"
-#include "tests/daemon/console/parts_of.hpp"
+#include "tests/daemon/console/fake_daemon.hpp"
 #include "tests/daemon/rt/loop_fixture.hpp"
 #include "tests/support/device/foreign_process.hpp"
 #include "tests/support/hung_disk.hpp"
@@ -61,9 +61,9 @@ struct Bench {
     journal.start();
     evidence.start();
     historian.start();
-    server = std::make_unique<ControlServer>(
-        folder.path(), tests::parts_of(*this, [this] { return daemon_status(); }),
-        console::Rights{});
+    server = std::make_unique<ControlServer>(folder.path(), tests::plant_of(*this),
+                                             tests::archive_of(*this), daemon, daemon,
+                                             console::Rights{});
     server->keep_metrics(folder / "metrics.prom");
     server->start();
   }
@@ -111,6 +111,7 @@ struct Bench {
   reports::ReportDesk reports = tests::desk_in(folder.path(), base::utc_ms);
   monitor::WatchBoard board{{{"FIC-101", 0.1}}, {}, journal, [] { return std::int64_t{1}; }};
   daemon::box::BoxBoard box_alarms{{}, journal, [] { return std::int64_t{1}; }};
+  tests::FakeDaemon daemon{folder.path(), [this] { return daemon_status(); }};
   std::unique_ptr<ControlServer> server;
   std::uint64_t next = 1;
 };

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Orders to a loop that somebody commissions, and what the daemon does where he is gone.
-#include "daemon/console/operator_orders.hpp"
+#include "daemon/console/operator_commands.hpp"
 
 #include <catch2/catch.hpp>
 
@@ -16,7 +16,7 @@
 #include "daemon/console/request.hpp"
 #include "tests/daemon/console/console_bench.hpp"
 
-namespace loopwarden::daemon::commissioned_orders_test {
+namespace loopwarden::daemon::operator_commands_test {
 namespace {
 
 using console_bench::json;
@@ -47,8 +47,7 @@ struct Bench : console_bench::Console {
     loops[0].channels->in_force.publish(settings);
   }
 
-  console::Parts all = parts();
-  console::OperatorOrders operators{all};
+  console::OperatorCommands operators{plant(), archive(), daemon, daemon};
 };
 
 Commissioning::Clock::time_point later(int seconds) {
@@ -75,7 +74,7 @@ TEST_CASE("a loop that is commissioned obeys who has the session, and nobody els
   CHECK(bench.orders().size() == 1);
 
   // Masters may write nothing meanwhile.
-  console::PlantReadings readings(bench.all);
+  console::PlantReadings readings(bench.plant(), bench.daemon);
   CHECK(readings.read_only(0));
   CHECK(bench.commission({{"end", true}}).at("ok") == false);
   CHECK(bench.commission({{"end", true}, {"session", taken.at("session")}}).at("ok") == true);
@@ -307,7 +306,7 @@ TEST_CASE("a master's manual ends a commissioning as a person's does") {
   bench.run(2);
   const json taken = bench.commission();
   bench.loops[0].channels->withheld_until_ns = INT64_MAX;
-  GatewayLoops gateway(bench.all);
+  GatewayLoops gateway(bench.plant(), bench.journal, bench.daemon);
   CHECK(gateway.read_only(0));
   journal::JournalEntry line;
   line.peer = "10.0.0.9";
@@ -378,4 +377,4 @@ TEST_CASE("while commands are withheld none goes out, but the last at a stop doe
   CHECK(io.writes == before + 2);
 }
 
-}  // namespace loopwarden::daemon::commissioned_orders_test
+}  // namespace loopwarden::daemon::operator_commands_test
