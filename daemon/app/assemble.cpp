@@ -24,10 +24,10 @@ namespace {
 
 using loopwarden::monitor::AlarmKind;
 
-std::vector<monitor::WatchBoard::Loop> watched_loops(const config::Configuration& configuration) {
-  std::vector<monitor::WatchBoard::Loop> loops;
+std::vector<supervision::SupervisedLoop> watched_loops(const config::Configuration& configuration) {
+  std::vector<supervision::SupervisedLoop> loops;
   for (const config::LoopConfig& loop : configuration.loops) {
-    monitor::WatchBoard::Loop& one = loops.emplace_back();
+    supervision::SupervisedLoop& one = loops.emplace_back();
     one.name = loop.name;
     one.period_s = loop.sample_time_s;
     one.pv_unit = loop.pv_unit;
@@ -177,7 +177,7 @@ void Assembly::make_monitor(const config::Specialists& specialists) {
     watching.judges[name] =
         std::make_unique<loopwarden::monitor::SpecialistJudge>(*specialist_folder.content.team);
   }
-  std::vector<monitor::MonitoredLoop> monitored;
+  std::vector<supervision::MonitoredLoop> monitored;
   for (LoopRuntime& loop : loops.all()) {
     // One judge serves all loops of its folder: there is one monitor thread.
     const auto judge = watching.judges.find(loop.config.monitor.specialists);
@@ -192,15 +192,15 @@ void Assembly::make_monitor(const config::Specialists& specialists) {
                          .process = loop.config.alarms.process,
                          .pv_unit = loop.config.pv_unit,
                          .corrective = loop.config.monitor.corrective,
-                         .orders = &watching.desks.emplace_back(
-                             desk_of(loop, loop.channels->monitor_orders, journal)),
-                         .settings_taken = &loop.channels->settings_taken,
-                         .commissioned = &loop.channels->commissioned,
-                         .moves_settings = &loop.channels->moves_settings,
-                         .moves = &loop.channels->moves,
-                         .hardware = config::backing_of(loop.config.io).hardware});
+                         .channels = {.orders = &watching.desks.emplace_back(
+                                          desk_of(loop, loop.channels->monitor_orders, journal)),
+                                      .settings_taken = &loop.channels->settings_taken,
+                                      .commissioned = &loop.channels->commissioned,
+                                      .moves_settings = &loop.channels->moves_settings,
+                                      .moves = &loop.channels->moves,
+                                      .hardware = config::backing_of(loop.config.io).hardware}});
   }
-  watching.monitor = std::make_unique<monitor::Monitor>(
+  watching.monitor = std::make_unique<supervision::Monitor>(
       monitored, board,
       [this](std::size_t loop, loopwarden::monitor::AlarmKind alarm,
              const loopwarden::monitor::LoopMonitor& loop_monitor,

@@ -26,8 +26,8 @@
 #include "daemon/gateway/gateway.hpp"
 #include "daemon/journal/journal.hpp"
 #include "daemon/loops/order_keeper.hpp"
-#include "daemon/monitor/monitor.hpp"
-#include "daemon/monitor/watch_board.hpp"
+#include "daemon/supervision/monitor.hpp"
+#include "daemon/supervision/alarm_registry.hpp"
 #include "daemon/orders/order_desk.hpp"
 #include "daemon/recorder/historian.hpp"
 #include "daemon/reports/report_desk.hpp"
@@ -47,7 +47,7 @@ struct Origin {
 struct Watching {
   std::map<std::string, std::unique_ptr<loopwarden::monitor::WindowJudge>> judges;  // by folder
   std::deque<orders::OrderDesk> desks;  // one for each loop
-  std::unique_ptr<monitor::Monitor> monitor;
+  std::unique_ptr<supervision::Monitor> monitor;
 };
 
 struct ModbusServer {
@@ -74,7 +74,7 @@ struct Assembly {
   Origin origin;
   Historian historian;
   journal::Journal journal;
-  monitor::WatchBoard board;
+  supervision::AlarmRegistry board;
   box::BoxBoard box_alarms;
   box::BoxLooker box_looker;
   reports::ReportDesk reports;

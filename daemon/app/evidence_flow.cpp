@@ -91,18 +91,18 @@ void EvidenceFlow::keep(std::size_t loop, loopwarden::monitor::AlarmKind alarm,
                         const loopwarden::monitor::MonitorStep& step,
                         loopwarden::monitor::AlarmReason reason) {
   const config::LoopConfig& config = ends_.loops[loop].config;
-  const monitor::History* const history = ends_.history(loop);
+  const supervision::History* const history = ends_.history(loop);
   evidence::Evidence evidence;
   evidence.loop = config.name;
   evidence.elsewhere = config::is_watched(config.io);
   evidence.alarm = alarm;
-  const monitor::LoopWatch watch = ends_.board.watch(loop);
+  const supervision::AlarmSnapshot watch = ends_.board.snapshot(loop);
   evidence.raised_ms = watch.alarms.alarm(alarm).memory().raised_ms;
   if (watch.incident.incident().open()) {
     evidence.incident_ms = watch.incident.incident().opened_ms;
   }
   if (reason == loopwarden::monitor::AlarmReason::twin) {
-    monitor::History::Minutes minutes = history->minutes();
+    supervision::History::Minutes minutes = history->minutes();
     evidence.take(loop_monitor, std::move(minutes.sp), std::move(minutes.pv),
                   std::move(minutes.co));
   } else {
@@ -141,7 +141,7 @@ void EvidenceFlow::report_removal(const std::string& why) {
 void EvidenceFlow::have_explained(const evidence::Evidence& evidence,
                                   const std::filesystem::path& folder) {
   const std::size_t loop = find_loop(ends_.loops, evidence.loop).value();
-  const monitor::History& history = *ends_.history(loop);
+  const supervision::History& history = *ends_.history(loop);
   // What came before the alarm may be too little to tell: then the minutes behind it are waited for.
   const double unquiet_s = history.unquiet_s();
   const double wait_s = unquiet_s > 0.0 ? std::max(0.0, commission::kEnough_s - unquiet_s) : 0.0;
@@ -162,7 +162,7 @@ void EvidenceFlow::have_explained(const evidence::Evidence& evidence,
 void EvidenceFlow::report_explanation(const ExplainJob& job, const Explanation* explanation,
                                       const std::string& why) {
   if (explanation != nullptr) {
-    ends_.board.explained(job.loop, *explanation);
+    ends_.board.of(job.loop).explained(*explanation);
   } else if (!job.repeat) {  // else the one before it stands
     tell_not_explained(job, why);
   }
@@ -178,17 +178,17 @@ void EvidenceFlow::tell_not_explained(const ExplainJob& job, const std::string& 
   none.sentence = "Not explained: " + why + ".";
   none.folder = job.folder;
   attempt("explanation", [&] { write_not_explained(none); });
-  ends_.board.explained(job.loop, none);
+  ends_.board.of(job.loop).explained(none);
 }
 
 bool EvidenceFlow::lasts(const ExplainJob& job) const {
-  const monitor::LoopWatch watch = ends_.board.watch(job.loop);
+  const supervision::AlarmSnapshot watch = ends_.board.snapshot(job.loop);
   const loopwarden::monitor::Incident& incident = watch.incident.incident();
   return incident.open() && incident.gone_ms == 0 && incident.opened_ms == job.incident_ms;
 }
 
 void EvidenceFlow::explain_again(const ExplainJob& job) {
-  const monitor::History& history = *ends_.history(job.loop);
+  const supervision::History& history = *ends_.history(job.loop);
   const double period_s = ends_.loops[job.loop].config.sample_time_s;
   const double seen_s =
       period_s * static_cast<double>(static_cast<std::int64_t>(history.newest()) - job.changed_at);
@@ -208,7 +208,7 @@ void EvidenceFlow::explain_again(const ExplainJob& job) {
 }
 
 void EvidenceFlow::go_on(std::size_t loop, const Explanation& newest) {
-  const monitor::LoopWatch watch = ends_.board.watch(loop);
+  const supervision::AlarmSnapshot watch = ends_.board.snapshot(loop);
   const loopwarden::monitor::Incident& incident = watch.incident.incident();
   if (ends_.history(loop) == nullptr || !incident.covers(newest.raised_ms, ends_.board.now_ms()) ||
       newest.folder.parent_path() != store_folder_) {
@@ -240,7 +240,7 @@ void EvidenceFlow::remember() {
   for (std::size_t i = 0; i < ends_.loops.size(); ++i) {
     std::vector<Explanation> known;
     for (const loopwarden::monitor::AlarmKind kind : loopwarden::monitor::kValveAlarms) {
-      const monitor::LoopWatch watch = ends_.board.watch(i);
+      const supervision::AlarmSnapshot watch = ends_.board.snapshot(i);
       const bool active = watch.alarms.alarm(kind).active();
       const bool of_incident =
           watch.incident.incident().open() && watch.incident.incident().has(kind);
@@ -256,7 +256,7 @@ void EvidenceFlow::remember() {
     // The newest last.
     std::sort(known.begin(), known.end(),
               [](const auto& a, const auto& b) { return a.ended_ms < b.ended_ms; });
-    for (const Explanation& explanation : known) ends_.board.restore(i, explanation);
+    for (const Explanation& explanation : known) ends_.board.of(i).restore(explanation);
     if (!known.empty()) go_on(i, known.back());
   }
 }
@@ -270,7 +270,7 @@ void EvidenceFlow::resume_explanation(std::size_t loop, loopwarden::monitor::Ala
       read_pending(folder).value_or(PendingExplanation{.enough_s = commission::kEnough_s});
   spdlog::info("loop {}: alarm {} is explained now: the restart came before",
                ends_.board.name(loop), loopwarden::monitor::to_text(alarm));
-  const monitor::LoopWatch watch = ends_.board.watch(loop);
+  const supervision::AlarmSnapshot watch = ends_.board.snapshot(loop);
   const std::int64_t raised_ms = watch.alarms.alarm(alarm).memory().raised_ms;
   explainer_.post({.loop = loop,
                    .alarm = alarm,

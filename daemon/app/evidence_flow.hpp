@@ -20,8 +20,8 @@
 #include "daemon/explain/explainer.hpp"
 #include "daemon/journal/journal.hpp"
 #include "daemon/loops/loop_runtime.hpp"
-#include "daemon/monitor/history.hpp"
-#include "daemon/monitor/watch_board.hpp"
+#include "daemon/supervision/history.hpp"
+#include "daemon/supervision/alarm_registry.hpp"
 #include "model/monitor/loop_monitor.hpp"
 
 namespace loopwarden::daemon {
@@ -30,11 +30,11 @@ class EvidenceFlow {
  public:
   struct Ends {
     const std::vector<LoopRuntime>& loops;
-    monitor::WatchBoard& board;
+    supervision::AlarmRegistry& board;
     journal::Journal& journal;
     std::function<std::uint32_t()> config_hash;
     // Of a loop with a twin; null: it has none.
-    std::function<const monitor::History*(std::size_t loop)> history;
+    std::function<const supervision::History*(std::size_t loop)> history;
     std::filesystem::path explain = workbench_program();
     // What the explainer does while nothing is to be explained.
     std::function<bool(const StopWork& stop)> spare{};

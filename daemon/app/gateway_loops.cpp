@@ -46,7 +46,7 @@ void GatewayLoops::close_orders() {
   for (orders::OrderDesk& desk : desks_) desk.close();
 }
 
-std::uint64_t GatewayLoops::act(std::size_t loop, const monitor::AlarmOrder& order) {
+std::uint64_t GatewayLoops::act(std::size_t loop, const supervision::AlarmOrder& order) {
   return plant_.board.act(loop, order).ticket;
 }
 
@@ -57,11 +57,11 @@ std::uint64_t GatewayLoops::acknowledge_all(std::span<const loopwarden::monitor:
 
 std::uint64_t GatewayLoops::veto(std::size_t loop, bool vetoed, const std::string& peer) {
   using loopwarden::monitor::Veto;
-  return plant_.board.set_veto(loop, vetoed ? Veto::back : Veto::none, peer, {}).ticket;
+  return plant_.board.of(loop).set_veto(vetoed ? Veto::back : Veto::none, peer, {}).ticket;
 }
 
 std::uint64_t GatewayLoops::begin_offered(std::size_t loop, const std::string& peer) {
-  return plant_.board.begin_offered(loop, peer, {}).ticket;
+  return plant_.board.of(loop).begin_offered(peer, {}).ticket;
 }
 
 bool GatewayLoops::settled(std::uint64_t ticket) {

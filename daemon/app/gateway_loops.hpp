@@ -34,7 +34,7 @@ class GatewayLoops final : public gateway::LoopsView {
              std::vector<journal::JournalEntry> lines) override;
   bool collect_answers() override;
   void close_orders() override;
-  std::uint64_t act(std::size_t loop, const monitor::AlarmOrder& order) override;
+  std::uint64_t act(std::size_t loop, const supervision::AlarmOrder& order) override;
   std::uint64_t acknowledge_all(std::span<const loopwarden::monitor::AlarmKind> kinds,
                                 const std::string& peer) override;
   std::uint64_t veto(std::size_t loop, bool vetoed, const std::string& peer) override;

@@ -50,7 +50,7 @@ protocol::ExplanationsStatus explanations_of(const ExplainerStatus& explained) {
       .explained = explained.explained, .failed = explained.failed, .waiting = explained.waiting};
 }
 
-protocol::MonitorStatus monitor_of(const monitor::MonitorStatus& watched) {
+protocol::MonitorStatus monitor_of(const supervision::MonitorStatus& watched) {
   return {.windows = watched.windows,
           .cycles = watched.cycles,
           .dropped = watched.dropped,
@@ -159,7 +159,7 @@ protocol::Links links_of(const Assembly& parts) {
 gateway::BoxReading box_reading_of(const Assembly& parts) {
   const rt::RunnerStatus runner = parts.loops.status();
   const journal::JournalStatus lines = parts.journal.status();
-  const monitor::MonitorStatus watched = parts.watching.monitor->status();
+  const supervision::MonitorStatus watched = parts.watching.monitor->status();
   const std::vector<LoopRuntime>& loops = parts.loops.all();
   gateway::BoxReading box;
   box.utc_ms = base::utc_ms();

@@ -24,16 +24,16 @@ void BoxBoard::look(const BoxReport& report, std::int64_t monotonic_ms) {
   if (alarms_.found(report.found, monotonic_ms, utc_ms_())) write_changes(before);
 }
 
-monitor::OrderResult BoxBoard::act(const BoxOrder& order) {
+supervision::OrderResult BoxBoard::act(const BoxOrder& order) {
   const std::lock_guard lock(mutex_);
   return act_locked(order);
 }
 
-monitor::OrderResult BoxBoard::act_locked(const BoxOrder& order) {
+supervision::OrderResult BoxBoard::act_locked(const BoxOrder& order) {
   const model::BoxAlarms before = alarms_;
   const std::int64_t now_ms = utc_ms_();
   const model::Alarm& alarm = alarms_.alarm(order.kind);
-  monitor::OrderResult result;
+  supervision::OrderResult result;
   result.accepted = alarms_.act(order.kind, order.action, now_ms, now_ms + order.shelve_ms);
   if (!result.accepted) result.why = why_refused(order, model::kBox, alarm);
   const std::uint64_t ordered =
@@ -75,7 +75,7 @@ std::uint64_t BoxBoard::write_changes(const model::BoxAlarms& before) {
     const model::Alarm& alarm = alarms_.alarm(kind);
     const model::Alarm& was = before.alarm(kind);
     if (alarm.state() == was.state() &&
-        !monitor::remembered_otherwise(was.memory(), alarm.memory())) {
+        !supervision::remembered_otherwise(was.memory(), alarm.memory())) {
       continue;
     }
     JournalEntry entry;

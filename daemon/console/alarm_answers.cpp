@@ -67,13 +67,13 @@ void find_stale(const Plant& plant, std::int64_t now_ms, protocol::AlarmFigures&
     const std::int64_t since_ms = alarm.memory().raised_ms;
     const bool shown = alarm.state() == model::AlarmState::unacknowledged ||
                        alarm.state() == model::AlarmState::acknowledged;
-    // Also if the clock was ahead when it was raised: then its age is not known.
+    // The age is unknown if the clock was ahead when the alarm was raised.
     if (shown && std::abs(now_ms - since_ms) > model::kStale_ms) {
       figures.stale.push_back({source, name, since_ms});
     }
   };
   for (std::size_t i = 0; i < plant.board.loops(); ++i) {
-    plant.board.look(i, [&](const monitor::LoopWatch& watch) {
+    plant.board.look(i, [&](const supervision::AlarmSnapshot& watch) {
       for (const AlarmKind kind : model::kAlarmKinds) {
         look(plant.board.name(i), model::to_text(kind), watch.alarms.alarm(kind));
       }
@@ -89,7 +89,7 @@ void find_stale(const Plant& plant, std::int64_t now_ms, protocol::AlarmFigures&
 
 protocol::AlarmDesigns alarm_designs(const Plant& plant, std::size_t loop) {
   protocol::AlarmDesigns its;
-  const model::LoopAlarms alarms = plant.board.watch(loop).alarms;
+  const model::LoopAlarms alarms = plant.board.snapshot(loop).alarms;
   for (const AlarmKind kind : model::kAlarmKinds) {
     if (alarms.fitted(kind)) its.alarms.push_back(design_of(plant.loops[loop].config, kind));
   }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Answers about the alarms as a whole: how they are meant, and how they did.
+// Design of the alarms, and figures of their performance.
 #pragma once
 
 #include <cstddef>

@@ -50,7 +50,7 @@ LocalServer::Answer AlarmCommands::alarm(const protocol::AlarmRequest& request,
   std::string reason = short_text(request.reason, "reason");
   if (request.loop == model::kBox) {
     const model::BoxAlarm kind = wanted_box_alarm(request.alarm);
-    const monitor::OrderResult result =
+    const supervision::OrderResult result =
         plant_.box_alarms.act({kind, action, shelve_ms, sender.peer, std::move(reason)});
     if (!result.accepted) throw RequestError(result.why);
     return when_written(journal_,
@@ -61,13 +61,13 @@ LocalServer::Answer AlarmCommands::alarm(const protocol::AlarmRequest& request,
   if (calms) {
     plant_.loops[index].commissioning->check_order(std::nullopt, Commissioning::Clock::now());
   }
-  const monitor::AlarmOrder order{wanted_alarm(request.alarm), action, shelve_ms, sender.peer,
-                                  std::move(reason)};
-  const monitor::OrderResult result =
-      calms ? plant_.board.begin_offered(index, order.peer, order.reason)
+  const supervision::AlarmOrder order{wanted_alarm(request.alarm), action, shelve_ms, sender.peer,
+                                      std::move(reason)};
+  const supervision::OrderResult result =
+      calms ? plant_.board.of(index).begin_offered(order.peer, order.reason)
             : plant_.board.act(index, order);
   if (!result.accepted) throw RequestError(result.why);
-  const monitor::LoopWatch watch = plant_.board.watch(index);
+  const supervision::AlarmSnapshot watch = plant_.board.snapshot(index);
   return when_written(journal_,
                       protocol::AlarmActed{.alarm = alarm_of(request.loop, order.kind, watch)},
                       result.ticket, sender);
@@ -76,11 +76,11 @@ LocalServer::Answer AlarmCommands::alarm(const protocol::AlarmRequest& request,
 LocalServer::Answer AlarmCommands::acknowledge_incident(
     const protocol::AcknowledgeIncidentRequest& request, const Sender& sender) {
   const std::size_t index = loop_index(plant_, request.loop);
-  const monitor::OrderResult result = plant_.board.acknowledge_incident(
-      index, request.incident, sender.peer, short_text(request.reason, "reason"));
+  const supervision::OrderResult result = plant_.board.of(index).acknowledge_incident(
+      request.incident, sender.peer, short_text(request.reason, "reason"));
   if (!result.accepted) throw RequestError(result.why);
   protocol::IncidentActed acted;
-  plant_.board.look(index, [&](const monitor::LoopWatch& watch) {
+  plant_.board.look(index, [&](const supervision::AlarmSnapshot& watch) {
     acted.incident = incident_of(request.loop, watch).value();
   });
   return when_written(journal_, std::move(acted), result.ticket, sender);
@@ -88,7 +88,7 @@ LocalServer::Answer AlarmCommands::acknowledge_incident(
 
 LocalServer::Answer AlarmCommands::acknowledge_all(const protocol::AcknowledgeAllRequest& request,
                                                    const Sender& sender) {
-  const monitor::Acknowledged done = plant_.board.acknowledge_all(
+  const supervision::Acknowledged done = plant_.board.acknowledge_all(
       model::kAlarmKinds, sender.peer, short_text(request.reason, "reason"));
   protocol::AllAcknowledged all;
   for (const auto& [loop, kind] : done.alarms) {
@@ -105,15 +105,15 @@ LocalServer::Answer AlarmCommands::acknowledge_all(const protocol::AcknowledgeAl
 LocalServer::Answer AlarmCommands::veto(const protocol::VetoRequest& request,
                                         const Sender& sender) {
   const std::size_t index = loop_index(plant_, request.loop);
-  const monitor::OrderResult result =
-      plant_.board.set_veto(index, request.veto ? model::Veto::back : model::Veto::none,
-                            sender.peer, short_text(request.reason, "reason"));
+  const supervision::OrderResult result =
+      plant_.board.of(index).set_veto(request.veto ? model::Veto::back : model::Veto::none,
+                                      sender.peer, short_text(request.reason, "reason"));
   if (!result.accepted) throw RequestError(result.why);
   return when_written(journal_, protocol::Vetoed{}, result.ticket, sender);
 }
 
 std::string AlarmCommands::active_valve_alarms(std::size_t loop) const {
-  const monitor::LoopWatch watch = plant_.board.watch(loop);
+  const supervision::AlarmSnapshot watch = plant_.board.snapshot(loop);
   std::string text;
   for (const model::AlarmKind kind : model::kAlarmKinds) {
     const model::Alarm& alarm = watch.alarms.alarm(kind);

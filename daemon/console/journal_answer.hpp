@@ -34,8 +34,8 @@ inline journal::JournalEntry operator_line(const Plant& plant, std::size_t loop,
   return line;
 }
 
-// Returns `reply` with "on_disk", as soon as the journal has the line of `ticket` on the disk or the
-// patience for this sender is over.
+// Returns `reply` with "on_disk", as soon as the journal has the line of `ticket` on the disk or
+// the patience for this sender is over.
 template <class Reply>
 base::LocalServer::Answer when_written(const journal::Journal& journal, Reply reply,
                                        std::uint64_t ticket, const Sender& sender) {

@@ -90,10 +90,10 @@ protocol::OrderTaken LoopCommands::set(const protocol::SetRequest& request, cons
   order.ends_commissioning = !request.session && order.mode == control::Mode::manual &&
                              !order.set_point && !may_repeat &&
                              loop.commissioning->holder().has_value();
-  // The journal has no line for a value that is in force already. An order that changes at least one
-  // value is sent whole, because the newest order decides.
+  // The journal has no line for a value that is in force already. An order that changes at least
+  // one value is sent whole, because the newest order decides.
   rt::Order command = order;
-  if (!request.expect) {  // otherwise the answer of the cycle counts and goes to the journal
+  if (!request.expect) {  // otherwise the answer of the cycle decides
     rt::leave_out_in_force(command, now, orders.standing(), loop.settings->get());
   }
   if (order.ends_commissioning) {
@@ -213,9 +213,10 @@ orders::OrderDesk& LoopCommands::queue(std::size_t loop) {
         runtime, runtime.channels->operator_orders, journal_,
         [this, next](const rt::Order& order, const journal::JournalEntry& line) {
           // The monitor must not undo an operator's change of the jacket.
-          if (!order.jacket || plant_.board.watch(next).corrective == model::CorrectiveState::off)
+          if (!order.jacket ||
+              plant_.board.snapshot(next).corrective == model::CorrectiveState::off)
             return;
-          plant_.board.set_veto(next, model::Veto::hands_off, line.peer, "jacket set by hand");
+          plant_.board.of(next).set_veto(model::Veto::hands_off, line.peer, "jacket set by hand");
         }));
   }
   return queues_[loop];

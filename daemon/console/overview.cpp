@@ -17,7 +17,7 @@ using protocol::Column;
 
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
-// Of an alarm, the most urgent last.
+// States of an alarm, the most urgent last.
 constexpr std::array kByUrgency{AlarmState::suppressed,
                                 AlarmState::normal,
                                 AlarmState::shelved,
@@ -33,9 +33,9 @@ std::size_t urgency(AlarmState state) {
                                   kByUrgency.begin());
 }
 
-// One loop at a glance.
+// Summary of one loop.
 struct Glance {
-  bool known = false;  // the row is of a cycle
+  bool known = false;  // the loop has run a cycle
   record::RecordRow row;
   double ne107 = kUnknown;
   double alarm = kUnknown;
@@ -46,8 +46,8 @@ struct Glance {
   bool commissioned = false;
 };
 
-// The most urgent state; of two alarms in it, the one of higher priority.
-void see_alarms(const monitor::LoopWatch& watch, Glance& glance) {
+// Finds the most urgent state; among alarms in this state, the one with the highest priority.
+void see_alarms(const supervision::AlarmSnapshot& watch, Glance& glance) {
   constexpr std::size_t kPriorities = 4;
   std::size_t worst = 0;
   for (const model::AlarmKind kind : model::kAlarmKinds) {
@@ -69,7 +69,7 @@ double lowest_known(const analysis::ConditionIndices& c) {
   double lowest = kUnknown;
   for (const double index :
        {c.control_performance, c.valve, c.actuator, c.positioner, c.environment}) {
-    lowest = std::fmin(lowest, index);  // which passes over what is no number
+    lowest = std::fmin(lowest, index);  // ignores NaN
   }
   return lowest;
 }
@@ -81,7 +81,7 @@ std::vector<Glance> glance_at(const Plant& plant) {
     glance.known = plant.historian.latest(i, glance.row);
     glance.not_in_file = plant.loops[i].settings->gains_not_in_file().has_value();
     glance.commissioned = plant.loops[i].commissioning->holder().has_value();
-    plant.board.look(i, [&](const monitor::LoopWatch& watch) {
+    plant.board.look(i, [&](const supervision::AlarmSnapshot& watch) {
       see_alarms(watch, glance);
       glance.condition = lowest_known(watch.condition);
       if (!glance.known) return;
@@ -95,7 +95,7 @@ std::vector<Glance> glance_at(const Plant& plant) {
 struct Source {
   protocol::Column column;
   double (*value)(const Glance& glance);
-  bool of_row = true;  // not known before the first cycle
+  bool of_row = true;  // unknown before the first cycle
 };
 
 constexpr std::array kSources{

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// All loops at a glance: the answer to `overview`.
+// Returns the answer to `overview`: the summary of all loops.
 #pragma once
 
 #include <cstdint>

@@ -7,7 +7,7 @@
 
 #include "daemon/box/box_board.hpp"
 #include "daemon/loops/loop_runtime.hpp"
-#include "daemon/monitor/watch_board.hpp"
+#include "daemon/supervision/alarm_registry.hpp"
 #include "daemon/recorder/historian.hpp"
 
 namespace loopwarden::daemon::console {
@@ -18,12 +18,12 @@ namespace loopwarden::daemon::console {
 struct Plant {
   std::vector<LoopRuntime>& loops;
   Historian& historian;
-  monitor::WatchBoard& board;
+  supervision::AlarmRegistry& board;
   box::BoxBoard& box_alarms;
   double severe_percent;  // % of the CO span
 };
 
-// Return the index or the alarm of this name. Throw RequestError if there is none.
+// Return the index or the alarm of this name. Throw RequestError for an unknown name.
 std::size_t loop_index(const Plant& plant, const std::string& name);
 loopwarden::monitor::AlarmKind wanted_alarm(const std::string& name);
 loopwarden::monitor::BoxAlarm wanted_box_alarm(const std::string& name);

@@ -8,7 +8,7 @@ namespace loopwarden::daemon::console {
 gateway::LoopReading PlantReadings::read(std::size_t loop) {
   const LoopRuntime& runtime = plant_.loops[loop];
   const rt::LoopChannels& channels = *runtime.channels;
-  gateway::LoopReading reading(plant_.board.watch(loop));
+  gateway::LoopReading reading(plant_.board.snapshot(loop));
   reading.running = plant_.historian.latest(loop, reading.row);
   reading.last_good_pv = plant_.historian.last_good_pv(loop);
   reading.set_point_wanted = channels.set_point_wanted.load(std::memory_order_relaxed);

@@ -31,7 +31,7 @@ constexpr std::uint64_t kUsualHours = 24;
 constexpr std::uint64_t kMostHours = 720;
 constexpr std::size_t kMostCame = 50'000;
 
-// Whether the device tells where the valve stands.
+// Returns true if the device measures the position of the valve.
 bool has_read_back(const LoopRuntime& loop) {
   if (const auto* modbus = std::get_if<hal::modbus::LoopModbusSettings>(&loop.config.io)) {
     return modbus->read_back.has_value();
@@ -60,7 +60,7 @@ std::vector<std::string> classes() {
   return names;
 }
 
-// All loops as text, one after the other: as a tree they take some 30 kB each.
+// Appends one loop as text: as a JSON tree, each loop would need about 30 kB.
 void put_item(std::string& text, const json& item) {
   if (text.back() != '[') text += ',';
   text += text_of(item);
@@ -194,7 +194,7 @@ std::string Readings::answer(std::string_view name, const json& request) {
   return found->answer(*this, request);
 }
 
-// As protocol::Status.
+// Returns protocol::Status as text.
 std::string Readings::status() const {
   std::string text = R"({"daemon":)" + text_of(info_.status()) + R"(,"loops":[)";
   for (std::size_t i = 0; i < plant_.loops.size(); ++i) {
@@ -222,11 +222,11 @@ protocol::Trend Readings::trend(const protocol::TrendRequest& request) const {
   return trend;
 }
 
-// As protocol::Alarms.
+// Returns protocol::Alarms as text.
 std::string Readings::alarms() const {
   std::string text = R"({"alarms":[)";
   for (std::size_t i = 0; i < plant_.board.loops(); ++i) {
-    const monitor::LoopWatch watch = plant_.board.watch(i);
+    const supervision::AlarmSnapshot watch = plant_.board.snapshot(i);
     for (const model::AlarmKind kind : model::kAlarmKinds) {
       if (!watch.alarms.fitted(kind)) continue;
       put_item(text, alarm_of(plant_.board.name(i), kind, watch));
@@ -237,7 +237,7 @@ std::string Readings::alarms() const {
   text += R"(],"incidents":[)";
   for (std::size_t i = 0; i < plant_.board.loops(); ++i) {
     std::optional<protocol::Incident> incident;
-    plant_.board.look(i, [&](const monitor::LoopWatch& watch) {
+    plant_.board.look(i, [&](const supervision::AlarmSnapshot& watch) {
       incident = incident_of(plant_.board.name(i), watch);
     });
     if (incident) put_item(text, *incident);
@@ -262,7 +262,7 @@ protocol::AlarmFigures Readings::alarm_figures(const protocol::AlarmFiguresReque
       [this, asked_ms, now_ms] { return archive_.journal.came(asked_ms, now_ms, kMostCame); },
       kReaderPatience);
   if (!came) throw RequestError("the disk does not answer; the journal can't be read");
-  // Where there are more than are looked at, the figures are of the time that these reach back.
+  // If the limit is reached, the figures cover the time of the lines that were read.
   const std::int64_t from_ms = came->size() < kMostCame ? asked_ms : came->back().utc_ms + 1;
   return figures_of(plant_, *came, from_ms, now_ms);
 }
@@ -277,7 +277,7 @@ protocol::Description Readings::describe() const {
 
 protocol::LoopAnswer Readings::loop(const protocol::LoopRequest& request) const {
   const std::size_t index = loop_index(plant_, request.loop);
-  const auto newest = plant_.board.watch(index).explanation;
+  const auto newest = plant_.board.snapshot(index).explanation;
   return {.status = loop_status(plant_, index),
           .ranges = ranges_of(plant_.loops[index].settings->get()),
           .explanation = newest ? std::optional(told(*newest)) : std::nullopt};
@@ -290,7 +290,8 @@ protocol::TwinModel Readings::twin(const protocol::TwinRequest& request) const {
 
 protocol::Windows Readings::windows(const protocol::WindowsRequest& request) const {
   protocol::Windows all;
-  for (const monitor::LoggedWindow& one : plant_.board.windows(loop_index(plant_, request.loop))) {
+  for (const supervision::LoggedWindow& one :
+       plant_.board.of(loop_index(plant_, request.loop)).windows()) {
     all.windows.push_back(window_of(one));
   }
   return all;
@@ -326,7 +327,7 @@ protocol::Explained Readings::explain(const protocol::ExplainRequest& request) {
   if (request.loop == model::kBox) return explain_box(request);
   const std::size_t index = loop_index(plant_, request.loop);
   const model::AlarmKind kind = wanted_alarm(request.alarm);
-  const monitor::LoopWatch watch = plant_.board.watch(index);
+  const supervision::AlarmSnapshot watch = plant_.board.snapshot(index);
   const config::AlarmTexts guide = plant_.loops[index].config.alarms.guide(kind);
   struct OnDisk {
     std::optional<std::filesystem::path> folder;

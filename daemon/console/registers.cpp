@@ -28,7 +28,7 @@ const char* short_name(Table table) {
 
 struct Kind {
   const char* name;
-  double low;  // of the raw number; not finite: no bound
+  double low;  // limit of the raw number; NaN: no limit
   double high;
 };
 
@@ -61,7 +61,7 @@ protocol::Field field_of(const Register& reg) {
           .meaning = reg.meaning};
 }
 
-// As a master would read it; null where the map's mark says that it is not there.
+// Returns the value that a master reads; NaN if the register has the mark for a missing value.
 double as_read(const Register& reg, double value) {
   if (reg.type == RegisterType::f32 || !std::isfinite(value)) return value;
   const Kind kind = kind_of_values(reg);
@@ -90,8 +90,8 @@ protocol::Registers registers(const Plant& plant, const DaemonInfo& info,
     std::vector<protocol::Field>& names = all.names.emplace();
     for (const Register& reg : map::registers()) names.push_back(field_of(reg));
   }
-  // Not of the map, which has no process alarms.
-  all.alarm_changes = plant.board.alarm_changes() + plant.box_alarms.changes();
+  // Counts all alarms; the map has no process alarms.
+  all.alarm_changes = plant.board.changes() + plant.box_alarms.changes();
   all.box = values_of(values, true, 0);
   for (std::size_t i = 0; i < readings.loops(); ++i) {
     all.loops.push_back({readings.name(i), values_of(values, false, i)});

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The answer to `registers`: the fields of the register map by name. Values are in the order of the
-// names: those of area "box" under "box", those of area "loop" under each loop's "values".
+// Returns the answer to `registers`: the fields of the register map by name. Values have the order
+// of the names: area "box" is under "box", area "loop" under the "values" of each loop.
 #pragma once
 
 #include "daemon/console/daemon_info.hpp"

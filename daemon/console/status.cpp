@@ -53,7 +53,7 @@ protocol::Recording recording_of(const RecordingStatus& recording) {
           .csv_error = recording.csv_error};
 }
 
-// In one line what planned_moves does, and why.
+// Returns the state of planned_moves and its reason, in one line.
 std::string says(const control::MovesState& moves) {
   using Phase = control::MovePhase;
   std::string line = moves.shadow ? "in shadow, " : "";
@@ -78,11 +78,11 @@ std::string says(const control::MovesState& moves) {
   return line;
 }
 
-// What the newest cycle says.
+// Returns the values of the newest cycle.
 protocol::Cycle cycle_of(const record::RecordRow& row, const LoopRuntime& runtime,
                          const rt::LoopSettings& settings) {
   const auto flag = [&](record::RecordFlag bit) { return (row.flags & bit) != 0; };
-  // Corrective action may have ordered them, whatever the file has.
+  // Corrective action may have started them without an entry in the file.
   const std::optional<control::MovesState> moves = runtime.channels->moves.read();
   return {.period = row.period_index,
           .time_s = static_cast<double>(row.period_index) * runtime.config.sample_time_s,
@@ -90,7 +90,7 @@ protocol::Cycle cycle_of(const record::RecordRow& row, const LoopRuntime& runtim
           .pv = row.pv,
           .co = row.co,
           .stem = row.stem,
-          // Where a ramp goes: what an order's `expect` is held against.
+          // The end of a ramp, which the `expect` of an order is compared with.
           .set_point_wanted = runtime.channels->set_point_wanted.load(std::memory_order_relaxed),
           .mode = control::to_text(static_cast<control::Mode>(row.mode)),
           .requested_mode = control::to_text(static_cast<control::Mode>(row.requested_mode)),
@@ -116,8 +116,8 @@ protocol::Cycle cycle_of(const record::RecordRow& row, const LoopRuntime& runtim
           .ne107 = {}};
 }
 
-// Of a specialist: how sure it is that this is its window.
-double probability_of(const monitor::LoggedWindow& window, specialist::Condition condition) {
+// Returns the probability that a specialist gives to its condition.
+double probability_of(const supervision::LoggedWindow& window, specialist::Condition condition) {
   const auto p = [&](model::AlarmKind kind) {
     return static_cast<double>(window.probability[model::index_of(kind)]);
   };
@@ -134,13 +134,13 @@ double probability_of(const monitor::LoggedWindow& window, specialist::Condition
   return std::max(0.0, 1.0 - faults);
 }
 
-const char* verdict_text(const monitor::LoggedWindow& window) {
+const char* verdict_text(const supervision::LoggedWindow& window) {
   using Result = model::WindowJudgement::Result;
   return window.result == Result::fault ? model::to_text(window.fault)
                                         : model::to_text(window.result);
 }
 
-// Six digits: a float has no more.
+// Rounds to the six digits of a float.
 double rounded(double value) {
   return std::isfinite(value) ? std::stod(fmt::format("{:.6g}", value)) : value;
 }
@@ -148,7 +148,7 @@ double rounded(double value) {
 }  // namespace
 
 protocol::Alarm alarm_of(const std::string& loop, model::AlarmKind kind,
-                         const monitor::LoopWatch& watch) {
+                         const supervision::AlarmSnapshot& watch) {
   const model::Alarm& alarm = watch.alarms.alarm(kind);
   const auto cause = watch.alarms.cause_of(kind);
   const bool follows = alarm.active() && cause.has_value();
@@ -188,7 +188,7 @@ protocol::Alarm alarm_of(model::BoxAlarm kind, const model::BoxAlarms& alarms) {
 }
 
 std::optional<protocol::Incident> incident_of(const std::string& loop,
-                                              const monitor::LoopWatch& watch) {
+                                              const supervision::AlarmSnapshot& watch) {
   const model::Incident& known = watch.incident.incident();
   if (!known.there()) return std::nullopt;
   const auto seconds = [](std::int64_t ms) { return static_cast<double>(ms) / 1000.0; };
@@ -234,20 +234,20 @@ protocol::Explanation told(const Explanation& e) {
           .folder = e.folder.string()};
 }
 
-std::optional<protocol::Explanation> explanation_of(const monitor::LoopWatch& watch,
+std::optional<protocol::Explanation> explanation_of(const supervision::AlarmSnapshot& watch,
                                                     model::AlarmKind kind) {
   if (const auto& own = watch.explanations[model::index_of(kind)]) return told(*own);
   const auto& newest = watch.explanation;
   if (!newest) return std::nullopt;
-  // What joined an incident has its explanation.
+  // Alarms that joined an incident share its explanation.
   const model::Incident& incident = watch.incident.incident();
   const bool same =
       incident.has(kind) && incident.has(newest->alarm) && newest->raised_ms >= incident.opened_ms;
   return same || newest->final_name == kind ? std::optional(told(*newest)) : std::nullopt;
 }
 
-// What a source tells on change alone, and what that hides.
-std::string source_text(const monitor::LoopWatch& watch, const config::LoopConfig& loop) {
+// Returns the compression by the source, and the smallest fault that is visible with it.
+std::string source_text(const supervision::AlarmSnapshot& watch, const config::LoopConfig& loop) {
   const auto of = [](const char* name, const analysis::ArchivedSignal& kept, double span) {
     if (kept.kind == analysis::ArchiveKind::none) return std::string();
     if (!(kept.deviation > 0.0) || !(span > 0.0)) return fmt::format("{} too seldom to tell", name);
@@ -264,8 +264,8 @@ std::string source_text(const monitor::LoopWatch& watch, const config::LoopConfi
                          : "routine evidence can't tell");
 }
 
-// What the twin says beside its alarm.
-std::optional<protocol::TwinRemarks> remarks_of(const monitor::LoopWatch& watch) {
+// Returns the findings of the twin without an alarm.
+std::optional<protocol::TwinRemarks> remarks_of(const supervision::AlarmSnapshot& watch) {
   if (!watch.twin) return std::nullopt;
   protocol::TwinRemarks told{.judging = model::to_text(watch.twin->judging),
                              .controller_not_watched = watch.controller_not_watched};
@@ -282,7 +282,7 @@ std::optional<protocol::TwinRemarks> remarks_of(const monitor::LoopWatch& watch)
   return told;
 }
 
-std::vector<protocol::RoutineLevel> routine_of(const monitor::LoopWatch& watch) {
+std::vector<protocol::RoutineLevel> routine_of(const supervision::AlarmSnapshot& watch) {
   std::vector<protocol::RoutineLevel> levels;
   for (const model::RoutineWatch::Progress& one : watch.routine) {
     if (one.window_s <= 0.0) continue;
@@ -300,7 +300,8 @@ std::vector<protocol::RoutineLevel> routine_of(const monitor::LoopWatch& watch) 
   return levels;
 }
 
-protocol::Monitor monitor_of(const monitor::LoopWatch& watch, const config::LoopConfig& loop) {
+protocol::Monitor monitor_of(const supervision::AlarmSnapshot& watch,
+                             const config::LoopConfig& loop) {
   const model::WindowMeasures& m = watch.measures;
   const analysis::ConditionIndices& condition = watch.condition;
   const bool no_size = watch.judgement.result == model::WindowJudgement::Result::fault &&
@@ -339,7 +340,7 @@ protocol::Monitor monitor_of(const monitor::LoopWatch& watch, const config::Loop
           .routine = routine_of(watch)};
 }
 
-protocol::JudgedWindow window_of(const monitor::LoggedWindow& window) {
+protocol::JudgedWindow window_of(const supervision::LoggedWindow& window) {
   const bool before_judge = window.state == model::WindowState::valid ||
                             window.state == model::WindowState::not_enough_movement;
   protocol::JudgedWindow all{.time_ms = window.utc_ms};
@@ -410,7 +411,7 @@ protocol::LoopStatus loop_status(const Plant& plant, std::size_t index) {
   const config::LoopConfig& config = runtime.config;
   const rt::LoopSettings settings = runtime.settings->get();
   const protocol::Ranges ranges = ranges_of(settings);
-  const monitor::LoopWatch watch = plant.board.watch(index);
+  const supervision::AlarmSnapshot watch = plant.board.snapshot(index);
   const auto position_age_ms =
       static_cast<double>(runtime.channels->position_age_ms.load(std::memory_order_relaxed));
   protocol::LoopStatus loop{

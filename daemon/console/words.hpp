@@ -8,7 +8,8 @@
 
 namespace loopwarden::daemon::console {
 
-// Returns the value of `word` in `words`. Throws RequestError with the text `known` if it has none.
+// Returns the value of `word` in `words`. Throws RequestError with the text `known` for other
+// words.
 template <class Value>
 Value meant_by(const std::string& word, const std::map<std::string, Value>& words,
                const char* known) {

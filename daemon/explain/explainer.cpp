@@ -24,7 +24,7 @@ using Clock = std::chrono::steady_clock;
 constexpr std::chrono::milliseconds kLook{100};
 
 // Time counts from the alarm.
-void write_minutes(const monitor::History::Minutes& minutes, std::uint64_t raised_at,
+void write_minutes(const supervision::History::Minutes& minutes, std::uint64_t raised_at,
                    const fs::path& path) {
   record::RecordCsvWriter csv(path, {.stem = false});
   const auto first = static_cast<double>(minutes.end) - static_cast<double>(minutes.pv.size());
@@ -38,7 +38,7 @@ void write_minutes(const monitor::History::Minutes& minutes, std::uint64_t raise
   csv.finish();
 }
 
-double after_alarm_s(const monitor::History::Minutes& minutes, std::uint64_t raised_at) {
+double after_alarm_s(const supervision::History::Minutes& minutes, std::uint64_t raised_at) {
   return minutes.period_s * (static_cast<double>(minutes.end) - static_cast<double>(raised_at));
 }
 
@@ -225,7 +225,7 @@ void Explainer::run() {
 void Explainer::save(const ExplainJob& job) noexcept {
   if (job.resumed_s && !job.renewed) return;
   try {
-    const monitor::History::Minutes minutes = minutes_(job.loop);
+    const supervision::History::Minutes minutes = minutes_(job.loop);
     const std::uint64_t first = minutes.end - minutes.pv.size();
     if (job.renewed) {
       if (!minutes.pv.empty()) write_minutes(minutes, first, job.folder / "minutes.csv");

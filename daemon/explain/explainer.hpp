@@ -25,8 +25,8 @@
 #include <optional>
 #include <string>
 
-#include "daemon/monitor/explanation.hpp"
-#include "daemon/monitor/history.hpp"
+#include "daemon/supervision/explanation.hpp"
+#include "daemon/supervision/history.hpp"
 #include "base/thread.hpp"
 
 namespace loopwarden::daemon {
@@ -72,7 +72,7 @@ struct ExplainerStatus {
 
 class Explainer {
  public:
-  using Minutes = std::function<monitor::History::Minutes(std::size_t loop)>;
+  using Minutes = std::function<supervision::History::Minutes(std::size_t loop)>;
   // By the explainer's thread, when an explanation is there, or why it is not (`explanation` is null then).
   using Report = std::function<void(const ExplainJob& job, const Explanation* explanation,
                                     const std::string& why)>;

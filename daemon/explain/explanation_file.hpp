@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <string>
 
-#include "daemon/monitor/explanation.hpp"
+#include "daemon/supervision/explanation.hpp"
 
 namespace loopwarden::daemon {
 

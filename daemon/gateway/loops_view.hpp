@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "daemon/journal/journal_entry.hpp"
-#include "daemon/monitor/watch_board.hpp"
+#include "daemon/supervision/alarm_registry.hpp"
 #include "daemon/rt/order.hpp"
 #include "record/record_row.hpp"
 #include "model/control/planned_moves.hpp"
@@ -21,7 +21,7 @@ namespace loopwarden::daemon::gateway {
 
 // One loop at one moment.
 struct LoopReading {
-  explicit LoopReading(const monitor::LoopWatch& watched) : watch(watched) {}
+  explicit LoopReading(const supervision::AlarmSnapshot& watched) : watch(watched) {}
 
   bool running = false;  // the row is of a cycle
   record::RecordRow row;
@@ -33,7 +33,7 @@ struct LoopReading {
   rt::Standing standing;      // what the next order will find
   std::uint32_t orders_refused = 0;
   std::optional<control::MovesState> moves;  // planned moves, where there are
-  monitor::LoopWatch watch;
+  supervision::AlarmSnapshot watch;
   loopwarden::monitor::Ne107 ne107 = loopwarden::monitor::Ne107::normal;
   bool simulated = false;
   std::uint64_t dropped = 0;  // cycles lost by recorder and monitor
@@ -88,7 +88,7 @@ class LoopsView : public PlantView {
   // The loops have ended: orders without an answer are written down as not taken.
   virtual void close_orders() = 0;
   // The next four wait for nothing. They return the journal's ticket of what was done, 0: nothing was.
-  virtual std::uint64_t act(std::size_t loop, const monitor::AlarmOrder& order) = 0;
+  virtual std::uint64_t act(std::size_t loop, const supervision::AlarmOrder& order) = 0;
   // Of every loop, alarms of these kinds.
   virtual std::uint64_t acknowledge_all(std::span<const loopwarden::monitor::AlarmKind> kinds,
                                         const std::string& peer) = 0;

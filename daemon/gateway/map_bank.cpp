@@ -337,7 +337,7 @@ void MapBank::act(const Wish& wish, const Peer& peer, MapValues& snapshot) {
     return done(loops_.veto(wish.loop, wish.value != 0.0, peer.name));
   }
   if (wish.is(Field::calm)) return calm(wish, peer);
-  monitor::AlarmOrder order{alarm_of(*wish.reg), AlarmAction::acknowledge, 0, peer.name, {}};
+  supervision::AlarmOrder order{alarm_of(*wish.reg), AlarmAction::acknowledge, 0, peer.name, {}};
   if (wish.is(Field::shelve_minutes)) {
     // A master may write back the minutes that it has read: up to a minute has passed since.
     const double left = snapshot.value(*wish.reg, wish.loop);
@@ -362,7 +362,7 @@ void MapBank::act(const Wish& wish, const Peer& peer, MapValues& snapshot) {
 void MapBank::calm(const Wish& wish, const Peer& peer) {
   if (wish.value == 0.0) return;
   MapValues now(loops_, server_);
-  const monitor::LoopWatch& watch = now.loop(wish.loop).watch;
+  const supervision::AlarmSnapshot& watch = now.loop(wish.loop).watch;
   if (watch.ordered || watch.corrective != model::CorrectiveState::offered) return;
   ticket_ = std::max(ticket_, loops_.begin_offered(wish.loop, peer.name));
 }

@@ -12,7 +12,7 @@ bool is_simulated(const config::LoopConfig& config) noexcept {
 }
 
 loopwarden::monitor::Ne107 health_of(const config::LoopConfig& config, const record::RecordRow& row,
-                                     const monitor::LoopWatch& watch,
+                                     const supervision::AlarmSnapshot& watch,
                                      double severe_percent) noexcept {
   using control::Fault;
   const auto fault = static_cast<Fault>(row.fault);

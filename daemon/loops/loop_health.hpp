@@ -3,7 +3,7 @@
 #pragma once
 
 #include "config/loop_config.hpp"
-#include "daemon/monitor/watch_board.hpp"
+#include "daemon/supervision/alarm_registry.hpp"
 #include "record/record_row.hpp"
 #include "model/monitor/ne107.hpp"
 
@@ -12,7 +12,7 @@ namespace loopwarden::daemon {
 bool is_simulated(const config::LoopConfig& config) noexcept;
 
 loopwarden::monitor::Ne107 health_of(const config::LoopConfig& config, const record::RecordRow& row,
-                                     const monitor::LoopWatch& watch,
+                                     const supervision::AlarmSnapshot& watch,
                                      double severe_percent) noexcept;
 
 }  // namespace loopwarden::daemon

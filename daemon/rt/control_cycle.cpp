@@ -313,8 +313,8 @@ ControllerOutput ControlCycle::decide(const Decision& decision, const hal::Sampl
 
 hal::Command ControlCycle::checked(const ControllerOutput& out, const Decision& decision,
                                    double output_before) noexcept {
-  // An output that returns from outside the limits at the rate limit may still be outside, but never
-  // farther than before.
+  // An output that returns from outside the limits at the rate limit may still be outside, but
+  // never farther than before.
   const control::OutputLimits& limits = settings_.controller.output;
   const double low = std::min(limits.low, output_before);
   const double high = std::max(limits.high, output_before);

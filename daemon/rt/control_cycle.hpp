@@ -30,8 +30,8 @@ struct StartSettings {
 // Source of the valve position for the jacket.
 enum class ValvePositionSource : std::uint8_t { none, read_back, model };
 
-// Steps one loop: from the newest sample to the newest command. The threads of the backends exchange
-// both with the devices.
+// Steps one loop: from the newest sample to the newest command. The threads of the backends
+// exchange both with the devices.
 class ControlCycle {
  public:
   // `events` is shared by all loops of the real-time thread. All references outlive this object.

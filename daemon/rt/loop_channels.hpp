@@ -45,7 +45,7 @@ struct LoopChannels {
   // their file; cycle -> reload, monitor
   std::atomic<std::uint32_t> settings_taken{0};
   // Number of the offer that waits until the output is inside its limits or until a commissioning
-  // ends, 0 if none waits; cycle -> reload
+  // ends, 0 without one; cycle -> reload
   std::atomic<std::uint32_t> settings_waiting{0};
   // Number of the newest offer or withdrawal that the cycle received. Older offers are dropped;
   // cycle -> reload

@@ -45,7 +45,7 @@ Refusal judge(const Order& order, const Standing& standing, const LoopSettings& 
     if (in_force.form != control::JacketForm::off && !in_force.shadow) return Refusal::jacket_acts;
   }
   const Mode mode = order.mode.value_or(standing.mode);
-  // To ask once more for what is so already changes nothing, and is no offence.
+  // A request for the mode in force changes no value and is always accepted.
   if (mode == Mode::automatic && standing.mode != Mode::automatic) {
     if (!standing.output_known) return Refusal::output_unknown;
     if (standing.manual_after_fault) return Refusal::manual_after_fault;

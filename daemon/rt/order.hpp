@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// What may be asked of a running loop, and whether it can act: one rule for the command line, the Modbus server and
-// the cycle that takes the order.
+// Orders to a running loop, and the rules for accepting them. The command line, the Modbus server
+// and the cycle use the same rules.
 //
-// All parts of an order take effect in one cycle, in the order in which they stand in it: jacket, planned moves, gains,
-// mode, set point, output. Set point and output are judged by the mode that the order itself asks for. One part that can't act
-// refuses the whole order.
+// All parts of an order take effect in one cycle, in this sequence: jacket, planned moves, gains,
+// mode, set point, output. Set point and output must fit the mode that the order requests. If one
+// part can't act, the whole order is refused.
 //
-// Who orders may say what he believes to be in force. Only the cycle judges that, with what is so at the moment at
-// which the order would take effect: nothing can change behind his back.
+// A sender may add the values that it expects to be in force. The cycle compares them when it takes
+// the order, so that no change in between remains unnoticed.
 #pragma once
 
 #include <cstdint>
@@ -21,20 +21,21 @@
 namespace loopwarden::daemon::rt {
 
 enum class JacketWish : std::uint8_t { off, shadow, on };
-// Planned moves in the place of the compensator of the loop's file, which has none; off: as the file has it.
+// Planned moves instead of a compensator, for a loop without a compensator in its file. off: as in
+// the file.
 enum class MovesWish : std::uint8_t { off, shadow, on };
 
-// What the sender of an order has seen; what is not given does not matter to him.
+// Values that the sender of an order expects to be in force; values that are not given match any.
 struct Expectation {
-  std::optional<control::Mode> mode{};     // asked for: manual or automatic
-  std::optional<double> set_point{};       // PV units, where a ramp goes
+  std::optional<control::Mode> mode{};     // requested: manual or automatic
+  std::optional<double> set_point{};       // PV units, the end of a ramp
   std::optional<double> output{};          // CO units, or kOutputNotKnown
   std::optional<double> kp{}, ki{}, kd{};  // of the parallel form
 };
 inline constexpr double kOutputNotKnown = std::numeric_limits<double>::quiet_NaN();
 
 struct Order {
-  std::uint64_t number = 0;  // of its sender, from 1; for the answer
+  std::uint64_t number = 0;  // counted per sender from 1; repeated in the answer
   std::optional<JacketWish> jacket{};
   std::optional<MovesWish> moves{};  // with LoopChannels::moves_settings
   std::optional<double> kp{};  // of the parallel form, as the two below; until the next reload
@@ -44,11 +45,11 @@ struct Order {
   std::optional<double> set_point{};    // PV units
   std::optional<double> output{};       // CO units, for manual
   Expectation expected{};
-  // Ends the loop's commissioning once the cycle has taken the order; for its sender, the cycle
-  // ignores it.
+  // The sender ends the loop's commissioning once the cycle has taken the order. The cycle itself
+  // ignores this.
   bool ends_commissioning = false;
 
-  // It asks for nothing: the cycle judges what is expected, and changes nothing.
+  // True if the order changes no value: the cycle only checks the expected values.
   bool empty() const noexcept {
     return !(jacket || moves || kp || ki || kd || mode || set_point || output);
   }
@@ -117,22 +118,22 @@ constexpr const char* to_text(Refusal refusal) noexcept {
   return "the gains are not the expected ones";
 }
 
-// No mode helps: the value itself can't be.
+// Returns true if the value is outside its limits, in any mode.
 constexpr bool is_out_of_limits(Refusal refusal) noexcept {
   return refusal == Refusal::set_point_out_of_limits || refusal == Refusal::output_out_of_limits ||
          refusal == Refusal::gain_out_of_limits;
 }
 
-// What an order finds when it is taken.
+// State of a loop that decides whether it accepts an order.
 struct Standing {
-  control::Mode mode = control::Mode::manual;  // asked for: manual or automatic
-  bool output_known = false;                   // where the valve stands
-  bool output_in_fault = false;                // a fault's action has the output
-  bool manual_after_fault = false;             // a fault is there that ends in manual
+  control::Mode mode = control::Mode::manual;  // requested: manual or automatic
+  bool output_known = false;                   // the position of the output is valid
+  bool output_in_fault = false;                // the action of a fault has the output
+  bool manual_after_fault = false;             // the present fault ends in manual
 
   friend bool operator==(const Standing&, const Standing&) = default;
 };
-// As one number, for an atomic.
+// Converts to and from one number, for an atomic.
 constexpr std::uint8_t packed(const Standing& standing) noexcept {
   return static_cast<std::uint8_t>(
       (standing.mode == control::Mode::automatic ? 1U : 0U) | (standing.output_known ? 2U : 0U) |
@@ -145,34 +146,36 @@ constexpr Standing unpacked(std::uint8_t bits) noexcept {
           .manual_after_fault = (bits & 8U) != 0};
 }
 
-// `jacket`: the form that is configured, whatever the operator has done with it.
+// Returns the reason of a refusal. `jacket`: the form in the loop's file.
 Refusal judge(const Order& order, const Standing& standing, const LoopSettings& settings,
               control::JacketForm jacket) noexcept;
 
-// What is so as the order would take effect.
+// Values in force when the cycle takes an order.
 struct InForce {
-  control::Mode mode = control::Mode::manual;  // asked for
-  double set_point = 0.0;                      // PV units, where a ramp goes
+  control::Mode mode = control::Mode::manual;  // requested
+  double set_point = 0.0;                      // PV units, the end of a ramp
   double output = kOutputNotKnown;             // CO units
   double kp = 0.0, ki = 0.0, kd = 0.0;         // of the parallel form
 };
 
-// Numbers count as the same up to this share of their range, gains of themselves: they came as text.
+// Numbers are equal up to this share of their range, gains up to this share of their value, because
+// they were transferred as text.
 inline constexpr double kSameShare = 1e-6;
 
+// Returns the refusal for the first expected value that is not in force.
 Refusal judge(const Expectation& expected, const InForce& now,
               const LoopSettings& settings) noexcept;
 
-// Whether `value` is `is`, for numbers of the range `low` to `high`; false if one is not known.
+// Returns true if both numbers of the range `low` to `high` are equal; false if one is unknown.
 bool is_same(double value, double is, double low, double high) noexcept;
 
-// Takes the parts out of an order that ask for the value in force: they are no command. `now` and
-// `standing` are those that the order will find. Values that only the new mode keeps in force stay:
-// the set point on the way to automatic, the output on the way to manual.
+// Removes the parts of an order that request the value in force. `now` and `standing` are those
+// that the order will meet. Two parts stay, because only the new mode keeps them in force: the set
+// point on a change to automatic, and the output on a change to manual.
 void leave_out_in_force(Order& order, const InForce& now, const Standing& standing,
                         const LoopSettings& settings) noexcept;
 
-// The gains that an order asks for, put into those in force.
+// Replaces the gains that an order sets.
 constexpr void set_gains(const Order& order, control::PidGains& gains) noexcept {
   gains.kp = order.kp.value_or(gains.kp);
   gains.ki = order.ki.value_or(gains.ki);
@@ -182,11 +185,11 @@ constexpr void set_gains(const Order& order, control::PidGains& gains) noexcept 
 struct OrderAnswer {
   std::uint64_t number = 0;
   Refusal refusal = Refusal::none;
-  InForce now{};  // when the order was taken
+  InForce now{};  // when the cycle took the order
 };
 
-// One sender's way to a loop and back. No answer is ever lost: who sends keeps to as many orders that are
-// not answered yet as there is room.
+// Channel between one sender and one loop, with an answer to each order. No answer is lost, because
+// a sender has at most as many orders without an answer as there is room.
 struct OrderBox {
   static constexpr std::size_t kRoom = 32;
   explicit OrderBox(std::size_t room = kRoom) : orders(room), answers(room) {}

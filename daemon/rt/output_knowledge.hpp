@@ -47,10 +47,10 @@ class OutputKnowledge {
     double max_age_s = 0.0;  // s, longest wait for a read-back at a stop
   };
 
-  // `at_start`: the configured start value; hold if the file has none.
+  // `at_start`: the configured start value; hold if the file has no value.
   explicit OutputKnowledge(const control::OutputAction& at_start) noexcept : at_start_(at_start) {}
 
-  // Steps one cycle. Returns the position, in CO units, if the cycle found it; otherwise nothing.
+  // Steps one cycle. Returns the position, in CO units, if the cycle found it.
   std::optional<double> update(const Cycle& cycle) noexcept;
 
   // An operator set the output. Returns true if the position was unknown and is now the set value.

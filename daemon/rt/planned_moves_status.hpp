@@ -29,7 +29,7 @@ class PlannedMovesStatus {
                  std::memory_order_release);
   }
   void clear() noexcept { state_.store({}, std::memory_order_relaxed); }
-  // Returns nothing if no planned moves run.
+  // Returns no state if no planned moves run.
   std::optional<control::MovesState> read() const noexcept {
     const Word word = state_.load(std::memory_order_acquire);
     if (!word.run) return std::nullopt;

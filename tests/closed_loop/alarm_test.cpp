@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // An alarm in the real daemon and its operator, over kill -9 and back. It comes from the journal of a run
 // before, since a window of 961 cycles without a missing one can't be had on a busy machine in short
-// time; how windows make alarms is tested in tests/daemon/monitor.
+// time; how windows make alarms is tested in tests/daemon/supervision.
 #include <sched.h>
 
 #include <catch2/catch.hpp>

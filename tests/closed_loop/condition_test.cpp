@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "config/loop_model_reader.hpp"
-#include "daemon/monitor/monitor.hpp"
+#include "daemon/supervision/monitor.hpp"
 #include "hal/contract/sample.hpp"
 #include "model/plant/simulated_loop.hpp"
 #include "tests/support/temporary_folder.hpp"
@@ -31,9 +31,9 @@ analysis::ConditionIndices indices_of(const Trial& trial) {
 
   TemporaryFolder folder;
   daemon::journal::Journal journal({.folder = folder.path()});
-  daemon::monitor::WatchBoard board({{"FIC-101", 0.1}}, {}, journal, [] { return 0; });
+  daemon::supervision::AlarmRegistry board({{"FIC-101", 0.1}}, {}, journal, [] { return 0; });
   base::SpscRing<RecordRow> cycles(256);
-  daemon::monitor::Monitor monitor(
+  daemon::supervision::Monitor monitor(
       {{.cycles = &cycles,
         .window = {.sample_time_s = model.sample_time_s, .pv_high = 10.0, .co_high = 10.0},
         .judge = nullptr,
@@ -53,7 +53,7 @@ analysis::ConditionIndices indices_of(const Trial& trial) {
     if (k % 100 == 99) monitor.round();
   }
   monitor.round();
-  return board.watch(0).condition;
+  return board.snapshot(0).condition;
 }
 
 plant::ScheduledFault fault(const char* effect, std::map<std::string, double> parameters) {

@@ -12,7 +12,7 @@
 #include "config/loop_model_reader.hpp"
 #include "config/specialists/specialist_folder.hpp"
 #include "daemon/evidence/evidence_store.hpp"
-#include "daemon/monitor/monitor.hpp"
+#include "daemon/supervision/monitor.hpp"
 #include "hal/contract/sample.hpp"
 #include "model/monitor/specialist_judge.hpp"
 #include "model/plant/simulated_loop.hpp"
@@ -23,10 +23,10 @@
 namespace loopwarden::tests::plant_day_test {
 namespace {
 
-using daemon::monitor::Monitor;
-using daemon::monitor::WatchBoard;
 using daemon::rt::JacketWish;
 using daemon::rt::Order;
+using daemon::supervision::AlarmRegistry;
+using daemon::supervision::Monitor;
 using monitor::AlarmAction;
 using monitor::AlarmKind;
 using monitor::CorrectiveState;
@@ -54,14 +54,14 @@ class Plant {
     journal_.open();
     journal_.start();
     evidence_.start();
-    std::vector<daemon::monitor::MonitoredLoop> monitored{
+    std::vector<daemon::supervision::MonitoredLoop> monitored{
         {.cycles = &cycles_,
          .window = {.sample_time_s = model_.sample_time_s, .pv_high = 10.0, .co_high = 10.0},
          .judge = &judge_,
          .rule = monitor::kAlarmRule,
          .process = {.normal_mode = monitor::NormalMode::automatic, .limits = {}},
          .corrective = corrective,
-         .orders = &desk_}};
+         .channels = {.orders = &desk_}}};
     monitor_ = std::make_unique<Monitor>(
         std::move(monitored), board_,
         [this](std::size_t, AlarmKind alarm, const monitor::LoopMonitor& watched_by,
@@ -111,13 +111,15 @@ class Plant {
     }
     return texts;
   }
-  monitor::AlarmState state(AlarmKind kind) { return board_.watch(0).alarms.alarm(kind).state(); }
+  monitor::AlarmState state(AlarmKind kind) {
+    return board_.snapshot(0).alarms.alarm(kind).state();
+  }
   double hour_raised(AlarmKind kind) {
-    const daemon::monitor::LoopWatch watch = board_.watch(0);
+    const daemon::supervision::AlarmSnapshot watch = board_.snapshot(0);
     return static_cast<double>(watch.alarms.alarm(kind).memory().raised_ms - kStart) / 3.6e6;
   }
-  CorrectiveState corrective() { return board_.watch(0).corrective; }
-  WatchBoard& board() { return board_; }
+  CorrectiveState corrective() { return board_.snapshot(0).corrective; }
+  AlarmRegistry& board() { return board_; }
   daemon::EvidenceStore& evidence() { return evidence_; }
 
   double hour() const { return static_cast<double>(period_) * model_.sample_time_s / kHour; }
@@ -144,7 +146,7 @@ class Plant {
     evidence::Evidence e;
     e.loop = "FIC-101";
     e.alarm = alarm;
-    e.raised_ms = board_.watch(0).alarms.alarm(alarm).memory().raised_ms;
+    e.raised_ms = board_.snapshot(0).alarms.alarm(alarm).memory().raised_ms;
     e.take(watched_by, step, reason);
     e.specialists_folder = kSpecialists;
     evidence_.post(std::move(e));
@@ -161,9 +163,9 @@ class Plant {
   std::atomic<std::uint8_t> standing_{0};
   daemon::journal::Journal journal_{{.folder = folder_.path()}};
   daemon::EvidenceStore evidence_;
-  WatchBoard board_{{{"FIC-101", 0.1}}, {}, journal_, [this] {
-                      return kStart + static_cast<std::int64_t>(100 * period_);
-                    }};
+  AlarmRegistry board_{{{"FIC-101", 0.1}}, {}, journal_, [this] {
+                         return kStart + static_cast<std::int64_t>(100 * period_);
+                       }};
   daemon::orders::OrderDesk desk_{
       orders_,
       standing_,
@@ -296,7 +298,7 @@ TEST_CASE("corrective action: the jacket acts, and goes back at a veto or with t
   CHECK(plant.jacket_acted);
 
   SECTION("the operator's veto") {
-    REQUIRE(plant.board().set_veto(0, monitor::Veto::back, "uid 1000", "no").accepted);
+    REQUIRE(plant.board().of(0).set_veto(monitor::Veto::back, "uid 1000", "no").accepted);
     plant.run_to(hour + 0.25);
     CHECK(plant.corrective() == CorrectiveState::vetoed);
     CHECK(steps().back() == "jacket back to shadow: trying > vetoed");

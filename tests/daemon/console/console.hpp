@@ -117,7 +117,7 @@ struct Console {
   EvidenceStore evidence{{.folder = folder / "evidence"}, {}, {}};
   std::int64_t now_ms = 1'800'000'000'000;
   reports::ReportDesk reports = tests::desk_in(folder.path(), [this] { return now_ms; });
-  monitor::WatchBoard board{{{"FIC-101", 0.1}}, {}, journal, [this] { return now_ms; }};
+  supervision::AlarmRegistry board{{{"FIC-101", 0.1}}, {}, journal, [this] { return now_ms; }};
   daemon::box::BoxBoard box_alarms{{}, journal, [this] { return now_ms; }};
   base::SpscRing<rt::Event> events{64};
   std::unique_ptr<rt::ControlCycle> cycle;

@@ -68,9 +68,9 @@ TEST_CASE("the status has the condition indices, null where one is not known") {
   const json unknown = condition();
   CHECK(unknown.size() == 5);
   for (const auto& [name, value] : unknown.items()) CHECK(value.is_null());
-  bench.board.set_progress(0, loopwarden::monitor::ModeTimes(0.1),
-                           {.control_performance = 91.0, .valve = 40.5, .environment = 100.0},
-                           loopwarden::monitor::WindowState::valid);
+  bench.board.of(0).set_progress(loopwarden::monitor::ModeTimes(0.1),
+                                 {.control_performance = 91.0, .valve = 40.5, .environment = 100.0},
+                                 loopwarden::monitor::WindowState::valid);
   CHECK(condition() == json{{"control_performance", 91.0},
                             {"valve", 40.5},
                             {"actuator", nullptr},
@@ -87,7 +87,7 @@ TEST_CASE("a stick that no window measured is null in the status, and a measured
   loopwarden::monitor::WindowMeasures measures;
   measures.stick_percent = 4.5;
   measures.stick_source = loopwarden::monitor::StickSource::read_back;
-  bench.board.window_not_fit(0, measures, loopwarden::monitor::WindowState::no_judge);
+  bench.board.of(0).window_not_fit(measures, loopwarden::monitor::WindowState::no_judge);
   CHECK(stick() == 4.5);
 }
 
@@ -393,7 +393,7 @@ TEST_CASE("a CSV record is written on demand, and gaps in it are empty rows") {
 
 TEST_CASE("all alarms are acknowledged by one request, with one line for each and one answer") {
   Bench bench;
-  bench.board.window_judged(0, {}, {}, stiction_on());
+  bench.board.of(0).window_judged({}, {}, stiction_on());
   constexpr const char* kAll = R"({"request": "acknowledge_all", "reason": "seen"})";
   json done = bench.ask(kAll);
   CHECK(done.at("ok") == true);
@@ -412,7 +412,7 @@ TEST_CASE("all alarms are acknowledged by one request, with one line for each an
 
 TEST_CASE("who acts on an alarm waits for the disk, and the thread of the sockets does not") {
   Bench bench;
-  bench.board.window_judged(0, {}, {}, stiction_on());
+  bench.board.of(0).window_judged({}, {}, stiction_on());
   for (const char* request :
        {R"({"request": "alarm", "loop": "FIC-101", "alarm": "stiction", "action": "acknowledge"})",
         R"({"request": "acknowledge_all"})"}) {
@@ -433,17 +433,17 @@ TEST_CASE("what corrective action offers is begun at the stiction alarm, and now
          "until July"}}.dump());
   };
   CHECK(calm("stiction").value("error", "").find("offers nothing") != std::string::npos);
-  bench.board.corrective_state(0, loopwarden::monitor::CorrectiveState::offered);
+  bench.board.of(0).set_corrective_state(loopwarden::monitor::CorrectiveState::offered);
   CHECK(calm("backlash").at("ok") == false);
-  CHECK_FALSE(bench.board.take_order(0));
+  CHECK_FALSE(bench.board.of(0).take_order());
   CHECK(calm("stiction").at("ok") == true);
-  CHECK(bench.board.take_order(0));
-  CHECK_FALSE(bench.board.take_order(0));
+  CHECK(bench.board.of(0).take_order());
+  CHECK_FALSE(bench.board.of(0).take_order());
 }
 
 TEST_CASE("an alarm is listed, acknowledged, shelved and explained, and the journal has it all") {
   Bench bench;
-  bench.board.window_judged(0, {}, {}, stiction_on());
+  bench.board.of(0).window_judged({}, {}, stiction_on());
   const auto stiction = [&] {
     return bench.ask(R"({"request": "status"})").at("loops")[0].at("alarms").at("stiction");
   };
@@ -592,9 +592,8 @@ TEST_CASE(
 TEST_CASE(
     "a process alarm is listed, explained by its guide, acknowledged and journalled as others") {
   Bench bench;
-  bench.board.process_changed(
-      0, std::vector<daemon::monitor::ProcessNews>{
-             {{loopwarden::monitor::AlarmKind::bad_pv, true}, "PV is bad: link lost"}});
+  bench.board.of(0).process_changed(std::vector<daemon::supervision::ProcessNews>{
+      {{loopwarden::monitor::AlarmKind::bad_pv, true}, "PV is bad: link lost"}});
   const json told = bench.ask(R"({"request": "explain", "loop": "FIC-101", "alarm": "bad_pv"})");
   CHECK(told.at("alarm").at("state") == "unacknowledged");
   CHECK_THAT(told.at("cause").get<std::string>(), Catch::Contains("PV can't be used"));
@@ -603,9 +602,8 @@ TEST_CASE(
   const json done = bench.ask(
       R"({"request": "alarm", "loop": "FIC-101", "alarm": "bad_pv", "action": "acknowledge"})");
   CHECK(done.at("alarm").at("state") == "acknowledged");
-  bench.board.process_changed(0,
-                              std::vector<daemon::monitor::ProcessNews>{
-                                  {{loopwarden::monitor::AlarmKind::bad_pv, false}, "PV is good"}});
+  bench.board.of(0).process_changed(std::vector<daemon::supervision::ProcessNews>{
+      {{loopwarden::monitor::AlarmKind::bad_pv, false}, "PV is good"}});
   const std::vector<json> lines = bench.lines(4);
   CHECK(lines[0].at("to") == "unacknowledged");
   CHECK(lines[0].at("reason") == "PV is bad: link lost");

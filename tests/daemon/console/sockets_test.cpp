@@ -106,7 +106,7 @@ TEST_CASE("page.sock and edge.sock order what is allowed there, and read nothing
       .alarms = true, .control = true, .reports = true};
   Bench bench(rights);
   bench.run(1);
-  bench.board.window_judged(0, {}, {}, stiction_on());
+  bench.board.of(0).window_judged({}, {}, stiction_on());
   for (const char* request : kReading) error_of(bench.ask(request, socket));
   for (const char* request : {kRecord, kOutcome})
     CHECK_THAT(error_of(bench.ask(request, socket)), Catch::Contains("control.sock alone"));
@@ -169,7 +169,7 @@ TEST_CASE("who ordered by the page stands in the journal with user and address",
 TEST_CASE("what a fitter found stands in the journal with what was said", "[console][sockets]") {
   Bench bench(kAll);
   bench.run(1);
-  bench.board.window_judged(0, {}, {}, stiction_on());
+  bench.board.of(0).window_judged({}, {}, stiction_on());
   const json answer = bench.ask(kOutcome);
   REQUIRE(answer.at("on_disk") == true);
   CHECK_THAT(answer.at("said").get<std::string>(), Catch::StartsWith("stiction "));
@@ -432,10 +432,10 @@ TEST_CASE("the overview has one place a loop in each column", "[console][overvie
                                                   .flags = 5,
                                                   .requested_mode = 1,
                                                   .age_ms = 12.5F});
-  bench.board.window_judged(0, {}, {}, stiction_on());
-  bench.board.set_progress(0, loopwarden::monitor::ModeTimes(0.1),
-                           {.control_performance = 91.0, .valve = 40.5},
-                           loopwarden::monitor::WindowState::valid);
+  bench.board.of(0).window_judged({}, {}, stiction_on());
+  bench.board.of(0).set_progress(loopwarden::monitor::ModeTimes(0.1),
+                                 {.control_performance = 91.0, .valve = 40.5},
+                                 loopwarden::monitor::WindowState::valid);
   record::RecordRow row;
   REQUIRE(test::eventually([&] { return bench.historian.latest(0, row); }));
   all = bench.ask_status(R"({"request": "overview"})");
@@ -466,13 +466,13 @@ TEST_CASE("of two alarms that wait the overview names the one of higher priority
     const json all = bench.ask_status(R"({"request": "overview"})");
     return std::pair(all.at("alarm_kind")[0], all.at("alarms_unacknowledged")[0]);
   };
-  bench.board.window_judged(0, {}, {}, stiction_on());
-  bench.board.process_changed(
-      0, std::vector<daemon::monitor::ProcessNews>{{{AlarmKind::not_normal_mode, true}, ""}});
+  bench.board.of(0).window_judged({}, {}, stiction_on());
+  bench.board.of(0).process_changed(
+      std::vector<daemon::supervision::ProcessNews>{{{AlarmKind::not_normal_mode, true}, ""}});
   CHECK(shown() == std::pair(json(9), json(2)));
   // Which follows from a lost output.
-  bench.board.process_changed(
-      0, std::vector<daemon::monitor::ProcessNews>{{{AlarmKind::output_lost, true}, ""}});
+  bench.board.of(0).process_changed(
+      std::vector<daemon::supervision::ProcessNews>{{{AlarmKind::output_lost, true}, ""}});
   CHECK(shown() == std::pair(json(7), json(2)));
   bench.board.act(
       0, {AlarmKind::output_lost, loopwarden::monitor::AlarmAction::acknowledge, 0, "me", {}});
@@ -491,8 +491,8 @@ TEST_CASE(
   };
   const int before = changes();
   CHECK(changes() == before);
-  bench.board.process_changed(0, std::vector<daemon::monitor::ProcessNews>{
-                                     {{AlarmKind::bad_pv, true}, "PV is bad: link lost"}});
+  bench.board.of(0).process_changed(std::vector<daemon::supervision::ProcessNews>{
+      {{AlarmKind::bad_pv, true}, "PV is bad: link lost"}});
   const int came = changes();
   CHECK(came > before);
   bench.board.act(0,
@@ -508,11 +508,11 @@ TEST_CASE("the newest windows, with what each specialist makes of them", "[conso
   judgement.probability = {0.75, 0.125, 0.0, 0.0, 0.0, 0.0};
   judgement.severity_percent = 6.25;
   judgement.errors = {4.0, 0.5, 1.0, 2.0, 3.0, 5.0};
-  bench.board.window_judged(0, {}, judgement, {});
+  bench.board.of(0).window_judged({}, judgement, {});
   bench.now_ms += 48'000;
-  bench.board.window_not_fit(0, {}, loopwarden::monitor::WindowState::saturated);
-  bench.board.window_not_fit(
-      0, {}, loopwarden::monitor::WindowState::not_enough_movement,
+  bench.board.of(0).window_not_fit({}, loopwarden::monitor::WindowState::saturated);
+  bench.board.of(0).window_not_fit(
+      {}, loopwarden::monitor::WindowState::not_enough_movement,
       {.result = loopwarden::monitor::WindowJudgement::Result::not_enough_movement});
   const auto windows = [&] {
     return bench.ask_status(R"({"request": "windows", "loop": "FIC-101"})").at("windows");
@@ -534,7 +534,7 @@ TEST_CASE("the newest windows, with what each specialist makes of them", "[conso
   CHECK(three[2].at("verdict") == "not_enough_movement");
   for (int i = 0; i < 100; ++i) {
     ++bench.now_ms;
-    bench.board.window_judged(0, {}, judgement, {});
+    bench.board.of(0).window_judged({}, judgement, {});
   }
   const json kept = windows();
   CHECK(kept.size() == 32);
@@ -628,7 +628,7 @@ TEST_CASE("the journal is searched", "[console][journal]") {
     bench.run(1);
     bench.ask(kOrder);
   }
-  bench.board.window_judged(0, {}, {}, stiction_on());
+  bench.board.of(0).window_judged({}, {}, stiction_on());
   bench.lines(7);  // of the alarm two: its own, and its incident's
   const auto found = [&](json query) {
     query["request"] = "journal";

@@ -34,7 +34,7 @@ constexpr const char* kExplanation = R"({"alarm": "stiction", "final_name": "mod
             "remedy": "Find out why."}, "effects": []})";
 
 // As a copy of minutes.csv would be: three samples, the alarm at the second.
-monitor::History::Minutes minutes() {
+supervision::History::Minutes minutes() {
   return {.period_s = 0.5, .end = 42, .sp = {1, 1, 1}, .pv = {2, 3, 4}, .co = {5, 6, 7}};
 }
 
@@ -85,7 +85,7 @@ struct Bench {
   std::mutex mutex;
   std::condition_variable changed;
   std::vector<Report> reports;
-  monitor::History::Minutes now = minutes();
+  supervision::History::Minutes now = minutes();
 };
 
 }  // namespace

@@ -17,7 +17,7 @@ namespace loopwarden::tests {
 class FakeLoops final : public daemon::gateway::LoopsView {
  public:
   explicit FakeLoops(std::size_t loops) {
-    const daemon::monitor::LoopWatch watch({}, 0.1);
+    const daemon::supervision::AlarmSnapshot watch({}, 0.1);
     for (std::size_t i = 0; i < loops; ++i) {
       names_.push_back("FIC-10" + std::to_string(i));
       daemon::gateway::LoopReading reading(watch);
@@ -65,7 +65,7 @@ class FakeLoops final : public daemon::gateway::LoopsView {
   }
   bool collect_answers() override { return false; }
   void close_orders() override {}
-  std::uint64_t act(std::size_t loop, const daemon::monitor::AlarmOrder& order) override {
+  std::uint64_t act(std::size_t loop, const daemon::supervision::AlarmOrder& order) override {
     actions.emplace_back(loop, order);
     return posted();
   }
@@ -95,7 +95,7 @@ class FakeLoops final : public daemon::gateway::LoopsView {
   std::set<std::size_t> commissioned;
   std::size_t reads = 0;
   std::vector<std::pair<std::size_t, daemon::rt::Order>> orders;
-  std::vector<std::pair<std::size_t, daemon::monitor::AlarmOrder>> actions;
+  std::vector<std::pair<std::size_t, daemon::supervision::AlarmOrder>> actions;
   std::vector<std::string> acknowledged_by;
   std::vector<loopwarden::monitor::AlarmKind> acknowledged_kinds;  // that the last of them meant
   std::vector<std::pair<std::size_t, bool>> vetoes;

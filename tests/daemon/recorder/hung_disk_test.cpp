@@ -109,7 +109,7 @@ struct Bench {
       {},
       [](const evidence::Evidence&, const std::filesystem::path&, const std::string&) {}};
   reports::ReportDesk reports = tests::desk_in(folder.path(), base::utc_ms);
-  monitor::WatchBoard board{{{"FIC-101", 0.1}}, {}, journal, [] { return std::int64_t{1}; }};
+  supervision::AlarmRegistry board{{{"FIC-101", 0.1}}, {}, journal, [] { return std::int64_t{1}; }};
   daemon::box::BoxBoard box_alarms{{}, journal, [] { return std::int64_t{1}; }};
   tests::FakeDaemon daemon{folder.path(), [this] { return daemon_status(); }};
   std::unique_ptr<ControlServer> server;
@@ -199,7 +199,7 @@ TEST_CASE(
     "remembered, and the status says what is wrong",
     "[disk]") {
   Bench bench;
-  bench.board.window_judged(0, {}, {}, stiction_on());
+  bench.board.of(0).window_judged({}, {}, stiction_on());
   REQUIRE(eventually([&] { return bench.journal.status().waiting == 0; }));
 
   tests::HungDisk disk(bench.folder.path());

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "daemon/monitor/history.hpp"
+#include "daemon/supervision/history.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
-namespace loopwarden::daemon::monitor {
+namespace loopwarden::daemon::supervision {
 
 History::History(double longest_s, double period_s)
     : period_s_(period_s),
@@ -62,4 +62,4 @@ double History::unquiet_s() const {
   return period_s_ * static_cast<double>(std::min<std::uint64_t>(cycles, count_));
 }
 
-}  // namespace loopwarden::daemon::monitor
+}  // namespace loopwarden::daemon::supervision

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// The newest windows of one loop, each with what every specialist makes of it: what the judgement of an alarm is seen to
-// come from. In single precision, which is enough to be looked at.
+// Stores the newest windows of one loop with the result of every specialist, to show how an alarm
+// was judged. Single precision is sufficient for display.
 //
-// What it can't do: survive a restart; the evidence of an alarm keeps its window.
+// A restart clears the log; the evidence of an alarm contains its window.
 #pragma once
 
 #include <array>
@@ -13,11 +13,11 @@
 #include "model/monitor/window_builder.hpp"
 #include "model/monitor/window_judge.hpp"
 
-namespace loopwarden::daemon::monitor {
+namespace loopwarden::daemon::supervision {
 
 struct LoggedWindow {
-  std::int64_t utc_ms = 0;  // of its end
-  // Other than valid: why it counts for nothing. Only valid and not_enough_movement have been before the judge.
+  std::int64_t utc_ms = 0;  // end of the window
+  // Reason why the window was not judged, or valid. Only valid and not_enough_movement were judged.
   loopwarden::monitor::WindowState state = loopwarden::monitor::WindowState::valid;
   loopwarden::monitor::WindowJudgement::Result result =
       loopwarden::monitor::WindowJudgement::Result::no_fault;
@@ -34,7 +34,7 @@ class WindowLog {
   void add(std::int64_t utc_ms, loopwarden::monitor::WindowState state,
            const loopwarden::monitor::WindowJudgement& judgement);
 
-  // Oldest first.
+  // Returns the windows, the oldest first.
   std::vector<LoggedWindow> windows() const;
 
  private:
@@ -42,4 +42,4 @@ class WindowLog {
   std::size_t next_ = 0;
 };
 
-}  // namespace loopwarden::daemon::monitor
+}  // namespace loopwarden::daemon::supervision

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "daemon/monitor/history.hpp"
+#include "daemon/supervision/history.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>
 
-namespace loopwarden::daemon::monitor::history_test {
+namespace loopwarden::daemon::supervision::history_test {
 namespace {
 
 loopwarden::monitor::Cycle cycle(std::uint64_t index, bool automatic = true, bool good = true) {
@@ -72,4 +72,4 @@ TEST_CASE("how long something has spoken against the twin", "[monitor][history]"
   CHECK(other.unquiet_s() <= 1.0);
 }
 
-}  // namespace loopwarden::daemon::monitor::history_test
+}  // namespace loopwarden::daemon::supervision::history_test

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Why an alarm came, as the gap workflow found it in the newest minutes against the loop's twin.
+// Cause of an alarm, found by the gap workflow in the newest minutes with the loop's twin.
 #pragma once
 
 #include <cstdint>
@@ -19,24 +19,24 @@ struct Explanation {
   static constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
   loopwarden::monitor::AlarmKind alarm = loopwarden::monitor::AlarmKind::stiction;  // as raised
-  std::optional<loopwarden::monitor::AlarmKind> final_name;  // another one than `alarm`
+  std::optional<loopwarden::monitor::AlarmKind> final_name;  // set if it differs from `alarm`
   std::int64_t raised_ms = 0;                                // UTC, ms since 1970
   std::int64_t ended_ms = 0;
   std::string verdict;                  // of gap, or not_explained
-  std::string effect;                   // empty: none has a name
+  std::string effect;                   // empty: no effect has a name
   std::optional<plant::Block> block{};  // of the effect
-  std::uint16_t effect_number = 0;      // of the catalogue; 0: none
-  double size_percent = kNone;          // % of the CO span; NaN: it has no size
+  std::uint16_t effect_number = 0;      // in the catalogue; 0: no effect
+  double size_percent = kNone;          // % of the CO span; NaN: no size
   double low_percent = kNone;           // interval of the size
   double high_percent = kNone;
-  std::optional<commission::Stick> stick{};  // agrees, and has the effect stiction
+  std::optional<commission::Stick> stick{};  // set if it agrees and the effect is stiction
   double confidence = kNone;
-  double gap_closed = kNone;  // share; NaN: too near to the noise
+  double gap_closed = kNone;  // share; NaN: too close to the noise
   bool agrees = false;
-  double since_s = kNone;  // before the alarm
+  double since_s = kNone;  // s before the alarm
   std::vector<std::string> alternatives;
   std::string sentence;
-  std::string remedy;            // what to do; empty: nothing is known
+  std::string remedy;            // recommended action; may be empty
   std::filesystem::path folder;  // of the evidence
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What operators want of an alarm, of a loop or of the box, and what the journal says of it.
+// Operators' actions on an alarm of a loop or of the box, and their journal lines.
 #pragma once
 
 #include <fmt/format.h>
@@ -10,24 +10,24 @@
 #include "daemon/journal/journal_entry.hpp"
 #include "model/monitor/alarm.hpp"
 
-namespace loopwarden::daemon::monitor {
+namespace loopwarden::daemon::supervision {
 
 template <class Kind>
 struct OrderOf {
   Kind kind{};
   loopwarden::monitor::AlarmAction action = loopwarden::monitor::AlarmAction::acknowledge;
   std::int64_t shelve_ms = 0;  // for shelve
-  std::string peer;            // who, for the journal
-  std::string reason;          // his words; may be empty
+  std::string peer;            // sender, for the journal
+  std::string reason;          // given by the sender; may be empty
 };
 
 struct OrderResult {
   bool accepted = false;
-  std::string why;           // not accepted, in words
-  std::uint64_t ticket = 0;  // accepted: of the journal's last line; 0: there is none
+  std::string why;           // reason of a refusal
+  std::uint64_t ticket = 0;  // of the journal's last line; 0 without a line
 };
 
-// Not accepted, because the alarm was as it is in `alarm`.
+// Returns why the action does not fit the state of `alarm`.
 template <class Kind>
 std::string why_refused(const OrderOf<Kind>& order, const std::string& source,
                         const loopwarden::monitor::Alarm& alarm) {
@@ -39,7 +39,7 @@ std::string why_refused(const OrderOf<Kind>& order, const std::string& source,
                      to_text(alarm.state()), to_text(order.action));
 }
 
-// `memory`: as the alarm is after the order.
+// Returns the journal line of an action. `memory`: state of the alarm after it.
 template <class Kind>
 journal::JournalEntry line_of(const OrderOf<Kind>& order, const std::string& source,
                               const OrderResult& result,
@@ -60,10 +60,10 @@ journal::JournalEntry line_of(const OrderOf<Kind>& order, const std::string& sou
   return entry;
 }
 
-// What changes under a shelf or a suppression must be remembered, too.
+// Returns true if a change under a shelf or a suppression must be stored for a restart.
 inline bool remembered_otherwise(const loopwarden::monitor::AlarmMemory& was,
                                  const loopwarden::monitor::AlarmMemory& now) noexcept {
   return now.raised != was.raised || now.shelved_until_ms != was.shelved_until_ms;
 }
 
-}  // namespace loopwarden::daemon::monitor
+}  // namespace loopwarden::daemon::supervision

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "daemon/monitor/window_log.hpp"
+#include "daemon/supervision/window_log.hpp"
 
 #include <algorithm>
 
-namespace loopwarden::daemon::monitor {
+namespace loopwarden::daemon::supervision {
 
 void WindowLog::add(std::int64_t utc_ms, loopwarden::monitor::WindowState state,
                     const loopwarden::monitor::WindowJudgement& judgement) {
@@ -31,4 +31,4 @@ std::vector<LoggedWindow> WindowLog::windows() const {
   return all;
 }
 
-}  // namespace loopwarden::daemon::monitor
+}  // namespace loopwarden::daemon::supervision

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "daemon/monitor/monitor.hpp"
+#include "daemon/supervision/monitor.hpp"
 
 #include <algorithm>
 #include <atomic>
@@ -17,7 +17,7 @@
 #include "tests/model/diagnosis/signals.hpp"
 #include "tests/support/temporary_folder.hpp"
 
-namespace loopwarden::daemon::monitor::monitor_test {
+namespace loopwarden::daemon::supervision::monitor_test {
 namespace {
 
 namespace model = loopwarden::monitor;
@@ -71,7 +71,7 @@ constexpr std::uint64_t kWindow = model::kWindowSamples;
 
 struct Bench {
   explicit Bench(std::size_t loops = 1, std::size_t ring = 1U << 15U) {
-    std::vector<WatchBoard::Loop> names;
+    std::vector<SupervisedLoop> names;
     for (std::size_t i = 0; i < loops; ++i) {
       rings.push_back(std::make_unique<base::SpscRing<RecordRow>>(ring));
       judges.push_back(std::make_unique<ScriptedJudge>());
@@ -80,7 +80,7 @@ struct Bench {
     }
     journal.open();
     journal.start();
-    board = std::make_unique<WatchBoard>(names, model::AlarmSettings{}, journal,
+    board = std::make_unique<AlarmRegistry>(names, model::AlarmSettings{}, journal,
                                          [this] { return now_ms; });
     make_monitor();
   }
@@ -95,14 +95,14 @@ struct Bench {
     }
     monitored.front().process = process;
     monitored.front().corrective = corrective;
-    monitored.front().orders = &desk;
-    monitored.front().settings_taken = &settings_taken;
+    monitored.front().channels.orders = &desk;
+    monitored.front().channels.settings_taken = &settings_taken;
     if (corrective.form == model::CorrectiveForm::planned_moves) {
       monitored.front().twin = &twin;
       monitored.front().history_s = 100.0;
-      monitored.front().moves_settings = &moves_settings;
-      monitored.front().moves = &moves;
-      monitored.front().hardware = true;
+      monitored.front().channels.moves_settings = &moves_settings;
+      monitored.front().channels.moves = &moves;
+      monitored.front().channels.hardware = true;
     }
     monitor = std::make_unique<Monitor>(monitored, *board);
   }
@@ -125,7 +125,7 @@ struct Bench {
     for (int i = 0; i < 8; ++i) monitor->round();
   }
   AlarmState state(AlarmKind kind, std::size_t loop = 0) const {
-    return board->watch(loop).alarms.alarm(kind).state();
+    return board->snapshot(loop).alarms.alarm(kind).state();
   }
   // Lines of a kind, oldest first, as "from > to".
   std::vector<std::string> lines(AlarmKind kind) {
@@ -192,7 +192,7 @@ struct Bench {
       {.write_down = [this](journal::JournalEntry line) { return journal.post(std::move(line)); },
        .why = [](const rt::OrderAnswer& answer,
                  const rt::Order&) { return rt::to_text(answer.refusal); }}};
-  std::unique_ptr<WatchBoard> board;
+  std::unique_ptr<AlarmRegistry> board;
   std::unique_ptr<Monitor> monitor;
 };
 
@@ -258,7 +258,7 @@ TEST_CASE("a fault in enough windows is an alarm, and goes when the valve is rep
   CHECK(bench.state(AlarmKind::stiction) == AlarmState::normal);  // one window is none
   bench.run(kWindow);
   CHECK(bench.state(AlarmKind::stiction) == AlarmState::unacknowledged);
-  CHECK(bench.board->watch(0).alarms.alarm(AlarmKind::stiction).memory().severity_percent == 6.0);
+  CHECK(bench.board->snapshot(0).alarms.alarm(AlarmKind::stiction).memory().severity_percent == 6.0);
   REQUIRE(bench.board->act(0, {AlarmKind::stiction, model::AlarmAction::acknowledge, 0, "me", {}})
               .accepted);
   bench.judges[0]->says = {};
@@ -267,7 +267,7 @@ TEST_CASE("a fault in enough windows is an alarm, and goes when the valve is rep
   CHECK(bench.lines(AlarmKind::stiction) ==
         std::vector<std::string>{"normal > unacknowledged", "unacknowledged > acknowledged",
                                  "acknowledged > normal"});
-  CHECK(bench.board->watch(0).windows == 6);
+  CHECK(bench.board->snapshot(0).windows == 6);
 }
 
 TEST_CASE("a lost device is told by process alarms, with their reasons in the journal",
@@ -332,8 +332,9 @@ TEST_CASE("a limit that PV passes is told with both; a deviation rests in manual
   bench.process.limits.at(AlarmKind::pv_high) = {60.0, 1.0};
   bench.process.at(AlarmKind::deviation).fitted = true;
   bench.process.limits.at(AlarmKind::deviation) = {5.0, 0.5};
-  bench.board = std::make_unique<WatchBoard>(
-      std::vector<WatchBoard::Loop>{
+  bench.monitor.reset();
+  bench.board = std::make_unique<AlarmRegistry>(
+      std::vector<SupervisedLoop>{
           {.name = "FIC-101",
            .fitted = {AlarmKind::pv_high, AlarmKind::deviation},
            .priority = {{AlarmKind::pv_high, model::Priority::critical}}}},
@@ -348,9 +349,9 @@ TEST_CASE("a limit that PV passes is told with both; a deviation rests in manual
   CHECK(bench.state(AlarmKind::pv_high) == AlarmState::unacknowledged);
   CHECK(bench.reasons(AlarmKind::pv_high) == std::vector<std::string>{"PV 61.5, limit 60 "});
   CHECK(bench.state(AlarmKind::deviation) == AlarmState::unacknowledged);
-  CHECK(bench.board->watch(0).priority[model::index_of(AlarmKind::pv_high)] ==
+  CHECK(bench.board->snapshot(0).priority[model::index_of(AlarmKind::pv_high)] ==
         model::Priority::critical);
-  CHECK(bench.board->watch(0).flaps[model::index_of(AlarmKind::pv_high)] == 1);
+  CHECK(bench.board->snapshot(0).flaps[model::index_of(AlarmKind::pv_high)] == 1);
   bench.run_spoilt(610, [&](RecordRow& row) {
     high(row);
     row.mode = static_cast<std::uint8_t>(control::Mode::manual);
@@ -389,7 +390,7 @@ TEST_CASE("the journal says of an alarm why it came and, otherwise, why it went"
   model::AlarmConditions conditions{};
   const auto twin = [&](bool on) {
     conditions[model::index_of(AlarmKind::model_gap)].on = on;
-    bench.board->twin_judged(0, conditions);
+    bench.board->of(0).twin_judged(conditions);
   };
   twin(true);
   twin(false);
@@ -436,7 +437,7 @@ TEST_CASE("no window across manual, bad PV or a gap; alarms that are off say the
   }
   bench.rings[0]->try_push(broken);
   bench.monitor->round();
-  CHECK(bench.board->watch(0).window_state == why);
+  CHECK(bench.board->snapshot(0).window_state == why);
   CHECK(bench.state(AlarmKind::stiction) == AlarmState::suppressed);
   bench.run(kWindow - 1 - (why == WindowState::gap ? 1 : 0));
   CHECK(bench.judges[0]->windows == 1);
@@ -454,7 +455,7 @@ TEST_CASE("a saturated window is not judged, and is counted", "[monitor]") {
   }
   for (int i = 0; i < 8; ++i) bench.monitor->round();
   CHECK(bench.judges[0]->windows == 0);
-  const LoopWatch watch = bench.board->watch(0);
+  const AlarmSnapshot watch = bench.board->snapshot(0);
   CHECK(watch.window_state == WindowState::saturated);
   CHECK(watch.windows_suppressed == 1);
   CHECK(watch.measures.saturated_percent == Approx(100.0 * 120 / 961));
@@ -468,7 +469,7 @@ TEST_CASE("without specialists the classical measures are there", "[monitor]") {
                                         .rule = {}}};
   bench.monitor = std::make_unique<Monitor>(std::move(monitored), *bench.board);
   bench.run(kWindow);
-  const LoopWatch watch = bench.board->watch(0);
+  const AlarmSnapshot watch = bench.board->snapshot(0);
   CHECK(watch.window_state == WindowState::no_judge);
   CHECK(watch.measures.variability_percent > 0.0);
   CHECK(watch.times.seconds_in(control::Mode::automatic) == Approx(96.1));
@@ -485,7 +486,7 @@ TEST_CASE("not enough movement changes no condition", "[monitor]") {
   bench.run(5 * kWindow);
   CHECK(bench.state(AlarmKind::backlash) == AlarmState::unacknowledged);
   CHECK(bench.state(AlarmKind::stiction) == AlarmState::suppressed);
-  CHECK(bench.board->watch(0).windows_suppressed == 5);
+  CHECK(bench.board->snapshot(0).windows_suppressed == 5);
 }
 
 TEST_CASE("an acknowledged alarm stays acknowledged over a restart", "[monitor]") {
@@ -498,43 +499,44 @@ TEST_CASE("an acknowledged alarm stays acknowledged over a restart", "[monitor]"
   bench.journal.stop();
 
   journal::Journal again({.folder = bench.folder.path()});
-  WatchBoard board({{"FIC-101", 0.1}}, {}, again, [&] { return bench.now_ms; });
+  AlarmRegistry board({{"FIC-101", 0.1}}, {}, again, [&] { return bench.now_ms; });
   board.restore(again.open());
-  CHECK(board.watch(0).alarms.alarm(AlarmKind::stiction).state() == AlarmState::acknowledged);
+  CHECK(board.snapshot(0).alarms.alarm(AlarmKind::stiction).state() == AlarmState::acknowledged);
   std::vector<MonitoredLoop> monitored{{.cycles = bench.rings[0].get(),
                                         .window = {.overlap = 0.0, .sample_time_s = 0.1},
                                         .judge = bench.judges[0].get(),
                                         .rule = {.windows = 2, .windows_on = 2, .windows_off = 0}}};
   bench.monitor = std::make_unique<Monitor>(std::move(monitored), board);
   bench.run(kWindow);  // the first window alone would be no alarm
-  CHECK(board.watch(0).alarms.alarm(AlarmKind::stiction).state() == AlarmState::acknowledged);
+  CHECK(board.snapshot(0).alarms.alarm(AlarmKind::stiction).state() == AlarmState::acknowledged);
+  bench.monitor.reset();  // before its registry
 }
 
 TEST_CASE("all alarms that wait are acknowledged at once, no other, and nobody waits for the disk",
           "[monitor]") {
   tests::TemporaryFolder folder;
   journal::Journal journal({.folder = folder.path()});  // not started: its disk never answers
-  std::vector<WatchBoard::Loop> loops;
+  std::vector<SupervisedLoop> loops;
   for (int i = 0; i < 60; ++i) loops.push_back({"FIC-" + std::to_string(i), 0.1});
-  WatchBoard board(loops, {}, journal, [] { return std::int64_t{1'800'000'000'000}; });
+  AlarmRegistry board(loops, {}, journal, [] { return std::int64_t{1'800'000'000'000}; });
   model::AlarmConditions on{};
   on[model::index_of(AlarmKind::stiction)] = {true, 5.0};
-  for (std::size_t i = 1; i < 60; ++i) board.window_judged(i, {}, {}, on);
+  for (std::size_t i = 1; i < 60; ++i) board.of(i).window_judged({}, {}, on);
   REQUIRE(
       board.act(7, {AlarmKind::stiction, model::AlarmAction::shelve, 60'000, "me", {}}).accepted);
 
   // One of a kind that was not meant.
-  board.process_changed(3, std::vector<ProcessNews>{{{AlarmKind::bad_pv, true}, "PV is bad"}});
+  board.of(3).process_changed(std::vector<ProcessNews>{{{AlarmKind::bad_pv, true}, "PV is bad"}});
 
   const Acknowledged done = board.acknowledge_all(model::kValveAlarms, "10.0.0.7:1000", "seen");
   CHECK(done.alarms.size() == 58);
   for (std::size_t i = 0; i < 60; ++i) {
-    const model::LoopAlarms& alarms = board.watch(i).alarms;
+    const model::LoopAlarms& alarms = board.snapshot(i).alarms;
     const bool waits =
         std::any_of(model::kAlarmKinds.begin(), model::kAlarmKinds.end(),
                     [&](model::AlarmKind kind) { return alarms.alarm(kind).unacknowledged(); });
     CHECK(waits == (i == 3));
-    const AlarmState state = board.watch(i).alarms.alarm(AlarmKind::stiction).state();
+    const AlarmState state = board.snapshot(i).alarms.alarm(AlarmKind::stiction).state();
     CHECK(state == (i == 0   ? AlarmState::suppressed
                     : i == 7 ? AlarmState::shelved
                              : AlarmState::acknowledged));
@@ -549,25 +551,25 @@ TEST_CASE("all alarms that wait are acknowledged at once, no other, and nobody w
 TEST_CASE("what one change raises is one incident: told, acknowledged, and known after a restart",
           "[monitor][incident]") {
   Bench bench;
-  const auto incident = [&](const WatchBoard& board) { return board.watch(0).incident.incident(); };
+  const auto incident = [&](const AlarmRegistry& board) { return board.snapshot(0).incident.incident(); };
   bench.judges[0]->says = fault(AlarmKind::stiction, 5.0);
   bench.run(2 * kWindow);
   model::AlarmConditions twin{};
   twin[model::index_of(AlarmKind::stiction)] = {true, 5.0};
   twin[model::index_of(AlarmKind::model_gap)] = {true, 0.0};
-  bench.board->twin_judged(0, twin);
+  bench.board->of(0).twin_judged(twin);
   CHECK(incident(*bench.board).has(AlarmKind::stiction));
   CHECK(incident(*bench.board).has(AlarmKind::model_gap));
   const std::string id = journal::incident_id("FIC-101", incident(*bench.board));
   CHECK(id == "FIC-101-20270115T080000Z");
 
-  CHECK_THAT(bench.board->acknowledge_incident(0, "FIC-101-20260101T000000Z", "me", {}).why,
+  CHECK_THAT(bench.board->of(0).acknowledge_incident("FIC-101-20260101T000000Z", "me", {}).why,
              Catch::Contains(id));
-  const OrderResult done = bench.board->acknowledge_incident(0, id, "me", "seen");
+  const OrderResult done = bench.board->of(0).acknowledge_incident(id, "me", "seen");
   REQUIRE(done.accepted);
   CHECK(bench.state(AlarmKind::stiction) == AlarmState::acknowledged);
   CHECK(bench.state(AlarmKind::model_gap) == AlarmState::acknowledged);
-  CHECK_FALSE(bench.board->acknowledge_incident(0, id, "me", {}).accepted);
+  CHECK_FALSE(bench.board->of(0).acknowledge_incident(id, "me", {}).accepted);
 
   Explanation e;
   e.alarm = AlarmKind::model_gap;
@@ -576,7 +578,7 @@ TEST_CASE("what one change raises is one incident: told, acknowledged, and known
   e.effect = "gain_change";
   e.block = plant::Block::process;
   e.confidence = 0.9;
-  bench.board->explained(0, e);
+  bench.board->of(0).explained(e);
   bench.journal.wait_written(bench.journal.post({}), std::chrono::seconds(20));
   std::vector<std::string> told;
   for (const journal::JournalRow& row : bench.journal.newest(200)) {
@@ -592,7 +594,7 @@ TEST_CASE("what one change raises is one incident: told, acknowledged, and known
     INFO((damaged ? "the journal is damaged: from the copy" : "from the journal"));
     if (damaged) tests::write_file(bench.folder / "journal.sqlite", "no database");
     journal::Journal again({.folder = bench.folder.path()});
-    WatchBoard board({{"FIC-101", 0.1}}, {}, again, [&] { return bench.now_ms; });
+    AlarmRegistry board({{"FIC-101", 0.1}}, {}, again, [&] { return bench.now_ms; });
     board.restore(again.open());
     CHECK(incident(board).name == "gain_change");
     CHECK(incident(board).cause == plant::Block::process);
@@ -603,11 +605,11 @@ TEST_CASE("what one change raises is one incident: told, acknowledged, and known
   }
 
   bench.now_ms += model::kQuiet_ms + model::kJoin_ms;
-  bench.board->twin_judged(0, {});
-  bench.board->pass_time();
+  bench.board->of(0).twin_judged({});
+  bench.board->of(0).pass_time();
   CHECK(incident(*bench.board).open());
   bench.now_ms += model::kQuiet_ms;
-  bench.board->pass_time();
+  bench.board->of(0).pass_time();
   CHECK_FALSE(incident(*bench.board).open());
 }
 
@@ -634,7 +636,7 @@ TEST_CASE("loops are served in turn: a long queue of one does not keep the other
   for (std::size_t loop : {1U, 2U}) {
     for (std::uint64_t i = 0; i < kWindow; ++i) bench.rings[loop]->try_push(bench.row(loop));
   }
-  const auto rounds = static_cast<int>(kWindow / Monitor::kCyclesATurn + 1);
+  const auto rounds = static_cast<int>(kWindow / LoopSupervisor::kCyclesATurn + 1);
   for (int i = 0; i < rounds; ++i) bench.monitor->round();
   CHECK(bench.judges[0]->windows == 1);
   CHECK(bench.judges[1]->windows == 1);
@@ -663,7 +665,7 @@ TEST_CASE("corrective action: journalled as the loop answers, and given up where
     }
     return lines;
   };
-  const auto corrective = [&] { return bench.board->watch(0).corrective; };
+  const auto corrective = [&] { return bench.board->snapshot(0).corrective; };
   bench.judges[0]->says = fault(AlarmKind::stiction, 6.0);
   bench.run((2 + model::kBaseline) * kWindow);
   REQUIRE(corrective() == model::CorrectiveState::trying);
@@ -725,20 +727,20 @@ TEST_CASE("planned moves: from the explained alarm through a shadow to a loop th
   Bench bench;
   const bool on_order = GENERATE(false, true);
   bench.make_monitor(planned_moves(on_order));
-  const auto corrective = [&] { return bench.board->watch(0).corrective; };
+  const auto corrective = [&] { return bench.board->snapshot(0).corrective; };
   rt::Order order;
   bench.judges[0]->says = fault(AlarmKind::stiction, 6.0);
   bench.run(3 * kWindow);
   CHECK(corrective() == model::CorrectiveState::waiting);
-  CHECK_FALSE(bench.board->begin_offered(0, "anna", "").accepted);
+  CHECK_FALSE(bench.board->of(0).begin_offered("anna", "").accepted);
 
   const Explanation e = explained_at(bench.now_ms);
-  bench.board->explained(0, e);
+  bench.board->of(0).explained(e);
   bench.run(kWindow);
   if (on_order) {
     CHECK(corrective() == model::CorrectiveState::offered);
     CHECK_FALSE(bench.box.orders.try_pop(order));
-    CHECK(bench.board->begin_offered(0, "anna", "until the shutdown").accepted);
+    CHECK(bench.board->of(0).begin_offered("anna", "until the shutdown").accepted);
     bench.monitor->round();
   }
   bench.answer(rt::MovesWish::shadow);
@@ -772,7 +774,7 @@ TEST_CASE("planned moves: from the explained alarm through a shadow to a loop th
   bench.moves.clear();
   bench.judges[0]->says.result = model::WindowJudgement::Result::no_fault;
   bench.run(3 * kWindow);
-  CHECK_FALSE(bench.board->watch(0).alarms.alarm(AlarmKind::stiction).active());
+  CHECK_FALSE(bench.board->snapshot(0).alarms.alarm(AlarmKind::stiction).active());
   CHECK_FALSE(bench.box.orders.try_pop(order));
 }
 
@@ -786,11 +788,11 @@ TEST_CASE("what was explained of an alarm from before the start begins no planne
   const bool on_order = GENERATE(false, true);
   bench.make_monitor(planned_moves(on_order));
   // As the daemon does once all is made.
-  bench.board->restore(0, e);
+  bench.board->of(0).restore(e);
   bench.run(3 * kWindow);
   rt::Order order;
   CHECK_FALSE(bench.box.orders.try_pop(order));
-  CHECK(bench.board->watch(0).corrective ==
+  CHECK(bench.board->snapshot(0).corrective ==
         (on_order ? model::CorrectiveState::offered : model::CorrectiveState::waiting));
 }
 
@@ -811,18 +813,18 @@ TEST_CASE("a clock that is set back changes no name and holds up no planned move
   Explanation e = explained_at(bench.now_ms);
   e.block = plant::Block::valve;
   e.confidence = 0.9;
-  bench.board->explained(0, e);
-  CHECK(bench.board->watch(0).incident.incident().name == "stiction");
+  bench.board->of(0).explained(e);
+  CHECK(bench.board->snapshot(0).incident.incident().name == "stiction");
   bench.run(kWindow);
   bench.answer(rt::MovesWish::shadow);
-  CHECK(bench.board->watch(0).corrective == model::CorrectiveState::in_shadow);
+  CHECK(bench.board->snapshot(0).corrective == model::CorrectiveState::in_shadow);
 }
 
 TEST_CASE("planned moves go by the newest explanation of the incident", "[monitor][corrective]") {
   Bench bench;
   const bool on_order = GENERATE(false, true);
   bench.make_monitor(planned_moves(on_order));
-  const auto corrective = [&] { return bench.board->watch(0).corrective; };
+  const auto corrective = [&] { return bench.board->snapshot(0).corrective; };
   rt::Order order;
   bench.judges[0]->says = fault(AlarmKind::stiction, 6.0);
   bench.run(3 * kWindow);
@@ -830,7 +832,7 @@ TEST_CASE("planned moves go by the newest explanation of the incident", "[monito
   --earlier.raised_ms;
   earlier.final_name = AlarmKind::model_gap;
   // Of the incident before this one.
-  bench.board->explained(0, earlier);
+  bench.board->of(0).explained(earlier);
   bench.run(kWindow);
   CHECK(corrective() == model::CorrectiveState::waiting);
   CHECK(bench.state(AlarmKind::stiction) == AlarmState::unacknowledged);
@@ -838,17 +840,17 @@ TEST_CASE("planned moves go by the newest explanation of the incident", "[monito
   Explanation e = earlier;
   e.raised_ms = bench.now_ms;
   e.final_name.reset();
-  bench.board->explained(0, e);
+  bench.board->of(0).explained(e);
   bench.run(kWindow);
   Explanation other = e;
   other.effect = "backlash";
   other.stick.reset();
   if (on_order) {
     REQUIRE(corrective() == model::CorrectiveState::offered);
-    bench.board->explained(0, other);
+    bench.board->of(0).explained(other);
     bench.monitor->round();
     CHECK(corrective() == model::CorrectiveState::waiting);
-    CHECK_FALSE(bench.board->begin_offered(0, "anna", "").accepted);
+    CHECK_FALSE(bench.board->of(0).begin_offered("anna", "").accepted);
     CHECK_FALSE(bench.box.orders.try_pop(order));
     return;
   }
@@ -856,13 +858,13 @@ TEST_CASE("planned moves go by the newest explanation of the incident", "[monito
   CHECK(bench.moves_settings.newest().s == 0.8);
   // Anew, while they are in shadow.
   e.stick->s = 0.7;
-  bench.board->explained(0, e);
+  bench.board->of(0).explained(e);
   bench.monitor->round();
   bench.answer(rt::MovesWish::shadow);
   CHECK(bench.moves_settings.newest().s == 0.7);
   bench.monitor->round();
   CHECK_FALSE(bench.box.orders.try_pop(order));
-  bench.board->explained(0, other);
+  bench.board->of(0).explained(other);
   bench.monitor->round();
   bench.answer(rt::MovesWish::off);
   CHECK(corrective() == model::CorrectiveState::waiting);
@@ -876,12 +878,12 @@ TEST_CASE("planned moves stay in shadow on hardware where s is known too roughly
   bench.run(3 * kWindow);
   Explanation e = explained_at(bench.now_ms);
   e.stick->s_interval = {0.4, 0.9};
-  bench.board->explained(0, e);
+  bench.board->of(0).explained(e);
   bench.run(kWindow);
   bench.answer(rt::MovesWish::shadow);
   bench.moves.publish({.phase = control::MovePhase::resting, .gain = 0.25, .shadow = true});
   bench.run(10 * kWindow);
-  CHECK(bench.board->watch(0).corrective == model::CorrectiveState::in_shadow);
+  CHECK(bench.board->snapshot(0).corrective == model::CorrectiveState::in_shadow);
   rt::Order order;
   CHECK_FALSE(bench.box.orders.try_pop(order));
 }
@@ -894,7 +896,7 @@ TEST_CASE("what the ring had no room for is counted and breaks the window", "[mo
   CHECK(bench.monitor->status().cycles == 64);
   bench.rings[0]->try_push(bench.row(0));
   bench.monitor->round();
-  CHECK(bench.board->watch(0).window_state == WindowState::gap);
+  CHECK(bench.board->snapshot(0).window_state == WindowState::gap);
 }
 
 TEST_CASE("500 loops on one thread", "[monitor]") {
@@ -924,15 +926,15 @@ TEST_CASE("an explanation stands with the alarm, and gives it another name where
   e.effect = "backlash";
   e.agrees = false;
   e.sentence = "The record fits a play.";
-  bench.board->explained(0, e);
+  bench.board->of(0).explained(e);
   CHECK(bench.state(AlarmKind::stiction) == AlarmState::unacknowledged);
-  REQUIRE(bench.board->watch(0).explanation);
-  CHECK(bench.board->watch(0).explanation->effect == "backlash");
+  REQUIRE(bench.board->snapshot(0).explanation);
+  CHECK(bench.board->snapshot(0).explanation->effect == "backlash");
 
   e.effect = "gain_change";
   e.final_name = AlarmKind::model_gap;
   e.agrees = true;
-  bench.board->explained(0, e);
+  bench.board->of(0).explained(e);
   CHECK(bench.state(AlarmKind::stiction) == AlarmState::normal);
   CHECK(bench.state(AlarmKind::model_gap) == AlarmState::unacknowledged);
   // The same condition goes on: it is the other alarm's now.
@@ -953,7 +955,7 @@ TEST_CASE("an alarm whose stick the read-back shows is not renamed to learned",
   Bench bench;
   bench.judges[0]->says = fault(AlarmKind::stiction, 6.0);
   bench.run(2 * kWindow);
-  REQUIRE(model::shows_stick(bench.board->watch(0).measures));
+  REQUIRE(model::shows_stick(bench.board->snapshot(0).measures));
   Explanation e;
   e.alarm = AlarmKind::stiction;
   e.raised_ms = bench.now_ms;
@@ -963,11 +965,11 @@ TEST_CASE("an alarm whose stick the read-back shows is not renamed to learned",
   e.confidence = 0.95;
   e.gap_closed = 0.95;
   e.final_name = AlarmKind::unknown;
-  bench.board->explained(0, e);
+  bench.board->of(0).explained(e);
   CHECK(bench.state(AlarmKind::stiction) == AlarmState::unacknowledged);
   CHECK(bench.state(AlarmKind::unknown) == AlarmState::normal);
-  CHECK(bench.board->watch(0).incident.incident().name == "stiction");
-  CHECK_FALSE(bench.board->watch(0).explanation->final_name);
+  CHECK(bench.board->snapshot(0).incident.incident().name == "stiction");
+  CHECK_FALSE(bench.board->snapshot(0).explanation->final_name);
 }
 
 TEST_CASE("what is explained again has a line where its name is another one",
@@ -989,21 +991,21 @@ TEST_CASE("what is explained again has a line where its name is another one",
   e.block = plant::Block::process;
   e.confidence = 0.94;
   e.final_name = AlarmKind::model_gap;
-  bench.board->explained(0, e);
+  bench.board->of(0).explained(e);
   e.confidence = 0.96;
-  bench.board->explained(0, e);
+  bench.board->of(0).explained(e);
   CHECK(lines("explanation") == 1);
   CHECK(lines("incident renamed") == 1);
-  CHECK(bench.board->watch(0).explanation->confidence == 0.96);
-  CHECK(bench.board->watch(0).incident.incident().name == "gain_change");
+  CHECK(bench.board->snapshot(0).explanation->confidence == 0.96);
+  CHECK(bench.board->snapshot(0).incident.incident().name == "gain_change");
   // The newest stands: the alarm has its own name again.
   e.effect = "stiction";
   e.block = plant::Block::valve;
   e.final_name.reset();
-  bench.board->explained(0, e);
+  bench.board->of(0).explained(e);
   CHECK(lines("explanation") == 2);
   CHECK(lines("incident renamed") == 2);
-  CHECK(bench.board->watch(0).incident.incident().name == "stiction");
+  CHECK(bench.board->snapshot(0).incident.incident().name == "stiction");
   CHECK(bench.state(AlarmKind::stiction) == AlarmState::unacknowledged);
   CHECK(bench.state(AlarmKind::model_gap) == AlarmState::normal);
 }
@@ -1013,13 +1015,13 @@ TEST_CASE("what the twin says beside its alarm stands on the board, and its news
   Bench bench;
   model::TwinRemarks remarks{.judging = model::Judging::here,
                              .load = model::LoadOutside{.size = 0.6, .since_s = 0.1}};
-  bench.board->twin_says(0, remarks, 0.1);
-  bench.board->twin_says(0, remarks, 0.1);
+  bench.board->of(0).set_twin_remarks(remarks, 0.1);
+  bench.board->of(0).set_twin_remarks(remarks, 0.1);
   remarks.load.reset();
-  bench.board->twin_says(0, remarks, 0.1);
+  bench.board->of(0).set_twin_remarks(remarks, 0.1);
   remarks.judging = model::Judging::outside;
-  bench.board->twin_says(0, remarks, 700.0);
-  CHECK(bench.board->watch(0).twin->judging == model::Judging::outside);
+  bench.board->of(0).set_twin_remarks(remarks, 700.0);
+  CHECK(bench.board->snapshot(0).twin->judging == model::Judging::outside);
   bench.journal.wait_written(bench.journal.post({}), std::chrono::seconds(20));
   std::vector<std::string> told;
   for (const journal::JournalRow& row : bench.journal.newest(200)) {
@@ -1029,4 +1031,4 @@ TEST_CASE("what the twin says beside its alarm stands on the board, and its news
         std::vector<std::string>{"not judged here", "load back", "load outside +0.6 L/min"});
 }
 
-}  // namespace loopwarden::daemon::monitor::monitor_test
+}  // namespace loopwarden::daemon::supervision::monitor_test
