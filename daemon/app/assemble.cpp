@@ -14,7 +14,7 @@
 #include "daemon/app/attempt.hpp"
 #include "daemon/app/reports_in_use.hpp"
 #include "daemon/app/status.hpp"
-#include "daemon/loops/loop_orders.hpp"
+#include "daemon/loops/loop_queue.hpp"
 #include "daemon/loops/warm_start.hpp"
 #include "model/commission/explain.hpp"
 #include "model/monitor/specialist_judge.hpp"
@@ -106,8 +106,8 @@ Assembly::Assembly(config::Configuration from_files, const std::filesystem::path
           .log_lines_lost = std::move(log_lines_lost)},
       historian(loops.all(), configuration.daemon.state_directory),
       journal({.folder = configuration.daemon.state_directory}),
-      board(watched_loops(configuration), configuration.daemon.alarms.settings, journal,
-            base::utc_ms),
+      alarms(watched_loops(configuration), configuration.daemon.alarms.settings, journal,
+             base::utc_ms),
       box_alarms(configuration.daemon.alarms.settings, journal, base::utc_ms),
       box_looker({.disk =
                       [state = configuration.daemon.state_directory,
@@ -121,10 +121,10 @@ Assembly::Assembly(config::Configuration from_files, const std::filesystem::path
                .folder = std::filesystem::path(configuration.daemon.state_directory) / "reports",
                .socket =
                    std::filesystem::path(configuration.daemon.runtime_directory) / "control.sock"},
-              report_ends(folder)),
+              report_callbacks(folder)),
       evidence(configuration.daemon, specialists,
                {.loops = loops.all(),
-                .board = board,
+                .alarms = alarms,
                 .journal = journal,
                 .config_hash = [this] { return reloader.config_hash(); },
                 .history = [this](std::size_t loop) { return watching.monitor->history(loop); },
@@ -134,7 +134,7 @@ Assembly::Assembly(config::Configuration from_files, const std::filesystem::path
                       attempt("report", [&] { worked = reports.run_next(stop); });
                       return worked;
                     }}),
-      reloader(configuration, folder, loops.all(), historian, journal, reloader_ends(service)),
+      reloader(configuration, folder, loops.all(), historian, journal, reloader_callbacks(service)),
       console_sources(*this),
       control(socket_folder(configuration.daemon.runtime_directory), plant(), archive(),
               console_sources, console_sources, rights_of(configuration.daemon)),
@@ -142,7 +142,7 @@ Assembly::Assembly(config::Configuration from_files, const std::filesystem::path
   if (configuration.daemon.real_time.lock_memory) loops.lock_memory();
   make_loops();
   const journal::AlarmStates remembered = journal.open();
-  board.restore(remembered);
+  alarms.restore(remembered);
   box_alarms.restore(remembered);
   make_monitor(specialists);
   evidence.remember();
@@ -154,9 +154,9 @@ Assembly::Assembly(config::Configuration from_files, const std::filesystem::path
 
 // Mode and set point as before a restart, where a loop's file says so.
 void Assembly::make_loops() {
-  const LastOrdersFile file(std::filesystem::path(configuration.daemon.state_directory) /
-                            "last-orders.json");
-  LastOrders last = file.load();
+  const LastCommandsFile file(std::filesystem::path(configuration.daemon.state_directory) /
+                              "last-orders.json");
+  LastCommands last = file.load();
   if (!last.damaged.empty()) spdlog::error("last orders are not known: {}", last.damaged);
   loops.make(configuration, [&](const config::LoopConfig& loop) {
     WarmStart warm = warm_start(loop, last);
@@ -169,7 +169,7 @@ void Assembly::make_loops() {
     return warm.start;
   });
   elsewhere.make(configuration, loops.backends(), loops.all());
-  keeper = std::make_unique<OrderKeeper>(loops.all(), file, std::move(last));
+  keeper = std::make_unique<CommandKeeper>(loops.all(), file, std::move(last));
 }
 
 void Assembly::make_monitor(const config::Specialists& specialists) {
@@ -192,8 +192,8 @@ void Assembly::make_monitor(const config::Specialists& specialists) {
                          .process = loop.config.alarms.process,
                          .pv_unit = loop.config.pv_unit,
                          .corrective = loop.config.monitor.corrective,
-                         .channels = {.orders = &watching.desks.emplace_back(
-                                          desk_of(loop, loop.channels->monitor_orders, journal)),
+                         .channels = {.commands = &watching.queues.emplace_back(
+                                          queue_of(loop, loop.channels->monitor_commands, journal)),
                                       .settings_taken = &loop.channels->settings_taken,
                                       .commissioned = &loop.channels->commissioned,
                                       .moves_settings = &loop.channels->moves_settings,
@@ -201,7 +201,7 @@ void Assembly::make_monitor(const config::Specialists& specialists) {
                                       .hardware = config::backing_of(loop.config.io).hardware}});
   }
   watching.monitor = std::make_unique<supervision::Monitor>(
-      monitored, board,
+      monitored, alarms,
       [this](std::size_t loop, loopwarden::monitor::AlarmKind alarm,
              const loopwarden::monitor::LoopMonitor& loop_monitor,
              const loopwarden::monitor::MonitorStep& step,
@@ -210,7 +210,7 @@ void Assembly::make_monitor(const config::Specialists& specialists) {
       });
 }
 
-reports::DeskEnds Assembly::report_ends(const std::filesystem::path& folder) {
+reports::ReportCallbacks Assembly::report_callbacks(const std::filesystem::path& folder) {
   return {.now_ms = base::utc_ms,
           .wake = [this] { evidence.explainer().wake(); },
           .ended =
@@ -231,7 +231,7 @@ reports::DeskEnds Assembly::report_ends(const std::filesystem::path& folder) {
               }};
 }
 
-ReloaderEnds Assembly::reloader_ends(ServiceManager& service) {
+ReloaderCallbacks Assembly::reloader_callbacks(ServiceManager& service) {
   return {.take_over =
               [this](const config::DaemonConfig& wanted) {
                 configuration.daemon.stop_timeout_s = wanted.stop_timeout_s;
@@ -245,7 +245,7 @@ ReloaderEnds Assembly::reloader_ends(ServiceManager& service) {
 console::Plant Assembly::plant() {
   return {.loops = loops.all(),
           .historian = historian,
-          .board = board,
+          .alarms = alarms,
           .box_alarms = box_alarms,
           .severe_percent = configuration.daemon.alarms.severe_percent};
 }

@@ -25,10 +25,10 @@
 #include "daemon/console/status_server.hpp"
 #include "daemon/gateway/gateway.hpp"
 #include "daemon/journal/journal.hpp"
-#include "daemon/loops/order_keeper.hpp"
+#include "daemon/loops/command_keeper.hpp"
 #include "daemon/supervision/monitor.hpp"
 #include "daemon/supervision/alarm_registry.hpp"
-#include "daemon/orders/order_desk.hpp"
+#include "daemon/commands/command_queue.hpp"
 #include "daemon/recorder/historian.hpp"
 #include "daemon/reports/report_desk.hpp"
 
@@ -46,7 +46,7 @@ struct Origin {
 // The monitor and what it works with.
 struct Watching {
   std::map<std::string, std::unique_ptr<loopwarden::monitor::WindowJudge>> judges;  // by folder
-  std::deque<orders::OrderDesk> desks;  // one for each loop
+  std::deque<commands::CommandQueue> queues;  // one for each loop
   std::unique_ptr<supervision::Monitor> monitor;
 };
 
@@ -74,7 +74,7 @@ struct Assembly {
   Origin origin;
   Historian historian;
   journal::Journal journal;
-  supervision::AlarmRegistry board;
+  supervision::AlarmRegistry alarms;
   box::BoxBoard box_alarms;
   box::BoxLooker box_looker;
   reports::ReportDesk reports;
@@ -85,13 +85,13 @@ struct Assembly {
   ControlServer control;
   StatusServer readers;
   std::unique_ptr<ModbusServer> modbus;  // null: none is configured
-  std::unique_ptr<OrderKeeper> keeper;
+  std::unique_ptr<CommandKeeper> keeper;
 
  private:
-  reports::DeskEnds report_ends(const std::filesystem::path& folder);
+  reports::ReportCallbacks report_callbacks(const std::filesystem::path& folder);
   console::Plant plant();
   console::Archive archive();
-  ReloaderEnds reloader_ends(ServiceManager& service);
+  ReloaderCallbacks reloader_callbacks(ServiceManager& service);
   void make_loops();
   void make_monitor(const config::Specialists& specialists);
 };

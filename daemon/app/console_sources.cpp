@@ -25,6 +25,6 @@ std::uint64_t ConsoleSources::reload(const std::string& peer, bool dry_run, bool
 std::optional<protocol::ReloadState> ConsoleSources::reload_state(std::uint64_t number) const {
   return assembly_.reloader.state(number);
 }
-bool ConsoleSources::order_kept(std::size_t loop) const { return assembly_.keeper->kept(loop); }
+bool ConsoleSources::command_kept(std::size_t loop) const { return assembly_.keeper->kept(loop); }
 
 }  // namespace loopwarden::daemon

@@ -31,7 +31,7 @@ class ConsoleSources final : public console::DaemonInfo, public console::Operati
 
   std::uint64_t reload(const std::string& peer, bool dry_run, bool take_file) override;
   std::optional<protocol::ReloadState> reload_state(std::uint64_t number) const override;
-  bool order_kept(std::size_t loop) const override;
+  bool command_kept(std::size_t loop) const override;
 
  private:
   Assembly& assembly_;

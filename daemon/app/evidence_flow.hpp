@@ -28,9 +28,9 @@ namespace loopwarden::daemon {
 
 class EvidenceFlow {
  public:
-  struct Ends {
+  struct Dependencies {
     const std::vector<LoopRuntime>& loops;
-    supervision::AlarmRegistry& board;
+    supervision::AlarmRegistry& alarms;
     journal::Journal& journal;
     std::function<std::uint32_t()> config_hash;
     // Of a loop with a twin; null: it has none.
@@ -41,7 +41,7 @@ class EvidenceFlow {
   };
   // What is referred to outlives this.
   EvidenceFlow(const config::DaemonConfig& config, const config::Specialists& specialists,
-               Ends ends);
+               Dependencies dependencies);
   EvidenceFlow(const EvidenceFlow&) = delete;
   EvidenceFlow& operator=(const EvidenceFlow&) = delete;
 
@@ -82,7 +82,7 @@ class EvidenceFlow {
   void resume_explanation(std::size_t loop, loopwarden::monitor::AlarmKind alarm,
                           const std::filesystem::path& folder);
 
-  Ends ends_;
+  Dependencies deps_;
   double accelerate_;
   std::map<std::string, std::uint32_t> specialist_hashes_;  // by folder
   std::map<std::string, std::string> twins_;                // files as text, by name

@@ -3,22 +3,22 @@
 
 #include <utility>
 
-#include "daemon/loops/loop_orders.hpp"
+#include "daemon/loops/loop_queue.hpp"
 
 namespace loopwarden::daemon {
 GatewayLoops::GatewayLoops(const console::Plant& plant, journal::Journal& journal,
                            const console::DaemonInfo& info)
     : plant_(plant), journal_(journal), readings_(plant, info) {
   for (LoopRuntime& loop : plant_.loops) {
-    desks_.push_back(desk_of(loop, loop.channels->master_orders, journal_));
+    queues_.push_back(queue_of(loop, loop.channels->master_commands, journal_));
   }
 }
 
 gateway::LoopReading GatewayLoops::read(std::size_t loop) {
   gateway::LoopReading reading = readings_.read(loop);
   // What was ordered reads back at once.
-  const rt::InForce now = in_force(plant_.loops[loop], desks_[loop]);
-  reading.standing = desks_[loop].standing();
+  const rt::InForce now = in_force(plant_.loops[loop], queues_[loop]);
+  reading.availability = queues_[loop].availability();
   reading.set_point_wanted = now.set_point;
   reading.output_wanted = now.output;
   control::PidGains& gains = reading.settings.controller.pid.gains;
@@ -28,40 +28,40 @@ gateway::LoopReading GatewayLoops::read(std::size_t loop) {
   return reading;
 }
 
-void GatewayLoops::order(std::size_t loop, const rt::Order& order,
-                         std::vector<journal::JournalEntry> lines) {
-  desks_[loop].send(order, std::move(lines));
+void GatewayLoops::send(std::size_t loop, const rt::Command& command,
+                        std::vector<journal::JournalEntry> lines) {
+  queues_[loop].send(command, std::move(lines));
 }
 
 bool GatewayLoops::collect_answers() {
   bool waiting = false;
-  for (orders::OrderDesk& desk : desks_) {
-    desk.collect();
-    waiting = waiting || desk.waiting();
+  for (commands::CommandQueue& queue : queues_) {
+    queue.collect();
+    waiting = waiting || queue.waiting();
   }
   return waiting;
 }
 
-void GatewayLoops::close_orders() {
-  for (orders::OrderDesk& desk : desks_) desk.close();
+void GatewayLoops::close_commands() {
+  for (commands::CommandQueue& queue : queues_) queue.close();
 }
 
-std::uint64_t GatewayLoops::act(std::size_t loop, const supervision::AlarmOrder& order) {
-  return plant_.board.act(loop, order).ticket;
+std::uint64_t GatewayLoops::act(std::size_t loop, const supervision::AlarmCommand& command) {
+  return plant_.alarms.act(loop, command).ticket;
 }
 
 std::uint64_t GatewayLoops::acknowledge_all(std::span<const loopwarden::monitor::AlarmKind> kinds,
                                             const std::string& peer) {
-  return plant_.board.acknowledge_all(kinds, peer, {}).ticket;
+  return plant_.alarms.acknowledge_all(kinds, peer, {}).ticket;
 }
 
 std::uint64_t GatewayLoops::veto(std::size_t loop, bool vetoed, const std::string& peer) {
   using loopwarden::monitor::Veto;
-  return plant_.board.of(loop).set_veto(vetoed ? Veto::back : Veto::none, peer, {}).ticket;
+  return plant_.alarms.of(loop).set_veto(vetoed ? Veto::back : Veto::none, peer, {}).ticket;
 }
 
 std::uint64_t GatewayLoops::begin_offered(std::size_t loop, const std::string& peer) {
-  return plant_.board.of(loop).begin_offered(peer, {}).ticket;
+  return plant_.alarms.of(loop).begin_offered(peer, {}).ticket;
 }
 
 bool GatewayLoops::settled(std::uint64_t ticket) {

@@ -12,7 +12,7 @@
 #include "daemon/console/plant.hpp"
 #include "daemon/console/plant_readings.hpp"
 #include "daemon/gateway/loops_view.hpp"
-#include "daemon/orders/order_desk.hpp"
+#include "daemon/commands/command_queue.hpp"
 
 namespace loopwarden::daemon {
 
@@ -29,12 +29,12 @@ class GatewayLoops final : public gateway::LoopsView {
   bool read_only(std::size_t loop) const override { return readings_.read_only(loop); }
   gateway::LoopReading read(std::size_t loop) override;
   gateway::BoxReading box() override { return readings_.box(); }
-  bool has_room_for_order(std::size_t loop) override { return desks_[loop].has_room(); }
-  void order(std::size_t loop, const rt::Order& order,
-             std::vector<journal::JournalEntry> lines) override;
+  bool has_room_for_command(std::size_t loop) override { return queues_[loop].has_room(); }
+  void send(std::size_t loop, const rt::Command& command,
+            std::vector<journal::JournalEntry> lines) override;
   bool collect_answers() override;
-  void close_orders() override;
-  std::uint64_t act(std::size_t loop, const supervision::AlarmOrder& order) override;
+  void close_commands() override;
+  std::uint64_t act(std::size_t loop, const supervision::AlarmCommand& command) override;
   std::uint64_t acknowledge_all(std::span<const loopwarden::monitor::AlarmKind> kinds,
                                 const std::string& peer) override;
   std::uint64_t veto(std::size_t loop, bool vetoed, const std::string& peer) override;
@@ -46,7 +46,7 @@ class GatewayLoops final : public gateway::LoopsView {
   console::Plant plant_;
   journal::Journal& journal_;
   console::PlantReadings readings_;
-  std::deque<orders::OrderDesk> desks_;  // one for each loop
+  std::deque<commands::CommandQueue> queues_;  // one for each loop
 };
 
 }  // namespace loopwarden::daemon

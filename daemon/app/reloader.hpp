@@ -30,7 +30,7 @@
 
 namespace loopwarden::daemon {
 
-struct ReloaderEnds {
+struct ReloaderCallbacks {
   // What is applied of loopwardend.yaml; main thread.
   std::function<void(const config::DaemonConfig&)> take_over;
   // For the service manager; main thread.
@@ -43,7 +43,7 @@ class Reloader {
   // `started`: as at the start. The others outlive this; the loops may come later, before step().
   Reloader(const config::Configuration& started, std::filesystem::path folder,
            std::vector<LoopRuntime>& loops, const Historian& historian, journal::Journal& journal,
-           ReloaderEnds ends);
+           ReloaderCallbacks callbacks);
   Reloader(const Reloader&) = delete;
   Reloader& operator=(const Reloader&) = delete;
 
@@ -97,7 +97,7 @@ class Reloader {
   std::vector<LoopRuntime>& loops_;
   const Historian& historian_;
   journal::Journal& journal_;
-  ReloaderEnds ends_;
+  ReloaderCallbacks callbacks_;
   ConfigurationFiles files_;
   SettingsOffers offers_;
   ReloadQueue queue_;

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "daemon/journal/journal.hpp"
-#include "daemon/supervision/alarm_order.hpp"
+#include "daemon/supervision/alarm_command.hpp"
 #include "model/monitor/box_alarms.hpp"
 
 namespace loopwarden::daemon::box {
@@ -22,7 +22,7 @@ struct BoxReport {
   std::array<std::string, loopwarden::monitor::kBoxAlarmCount> why{};
 };
 
-using BoxOrder = supervision::OrderOf<loopwarden::monitor::BoxAlarm>;
+using BoxCommand = supervision::AlarmCommandOf<loopwarden::monitor::BoxAlarm>;
 
 // Alarms that were acknowledged together.
 struct BoxAcknowledged {
@@ -42,7 +42,7 @@ class BoxBoard {
   void restore(const journal::AlarmStates& states);
   void look(const BoxReport& report, std::int64_t monotonic_ms);
 
-  supervision::OrderResult act(const BoxOrder& order);
+  supervision::CommandResult act(const BoxCommand& order);
   // Every one that waits.
   BoxAcknowledged acknowledge_all(const std::string& peer, const std::string& reason);
 
@@ -55,7 +55,7 @@ class BoxBoard {
  private:
   // Journals what is not as before; returns the last ticket.
   std::uint64_t write_changes(const loopwarden::monitor::BoxAlarms& before);
-  supervision::OrderResult act_locked(const BoxOrder& order);
+  supervision::CommandResult act_locked(const BoxCommand& order);
 
   journal::Journal& journal_;
   std::function<std::int64_t()> utc_ms_;

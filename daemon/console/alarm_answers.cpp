@@ -72,10 +72,10 @@ void find_stale(const Plant& plant, std::int64_t now_ms, protocol::AlarmFigures&
       figures.stale.push_back({source, name, since_ms});
     }
   };
-  for (std::size_t i = 0; i < plant.board.loops(); ++i) {
-    plant.board.look(i, [&](const supervision::AlarmSnapshot& watch) {
+  for (std::size_t i = 0; i < plant.alarms.loops(); ++i) {
+    plant.alarms.look(i, [&](const supervision::AlarmSnapshot& watch) {
       for (const AlarmKind kind : model::kAlarmKinds) {
-        look(plant.board.name(i), model::to_text(kind), watch.alarms.alarm(kind));
+        look(plant.alarms.name(i), model::to_text(kind), watch.alarms.alarm(kind));
       }
     });
   }
@@ -89,7 +89,7 @@ void find_stale(const Plant& plant, std::int64_t now_ms, protocol::AlarmFigures&
 
 protocol::AlarmDesigns alarm_designs(const Plant& plant, std::size_t loop) {
   protocol::AlarmDesigns its;
-  const model::LoopAlarms alarms = plant.board.snapshot(loop).alarms;
+  const model::LoopAlarms alarms = plant.alarms.snapshot(loop).alarms;
   for (const AlarmKind kind : model::kAlarmKinds) {
     if (alarms.fitted(kind)) its.alarms.push_back(design_of(plant.loops[loop].config, kind));
   }

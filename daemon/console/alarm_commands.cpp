@@ -50,7 +50,7 @@ LocalServer::Answer AlarmCommands::alarm(const protocol::AlarmRequest& request,
   std::string reason = short_text(request.reason, "reason");
   if (request.loop == model::kBox) {
     const model::BoxAlarm kind = wanted_box_alarm(request.alarm);
-    const supervision::OrderResult result =
+    const supervision::CommandResult result =
         plant_.box_alarms.act({kind, action, shelve_ms, sender.peer, std::move(reason)});
     if (!result.accepted) throw RequestError(result.why);
     return when_written(journal_,
@@ -59,28 +59,28 @@ LocalServer::Answer AlarmCommands::alarm(const protocol::AlarmRequest& request,
   }
   const std::size_t index = loop_index(plant_, request.loop);
   if (calms) {
-    plant_.loops[index].commissioning->check_order(std::nullopt, Commissioning::Clock::now());
+    plant_.loops[index].commissioning->check_command(std::nullopt, Commissioning::Clock::now());
   }
-  const supervision::AlarmOrder order{wanted_alarm(request.alarm), action, shelve_ms, sender.peer,
-                                      std::move(reason)};
-  const supervision::OrderResult result =
-      calms ? plant_.board.of(index).begin_offered(order.peer, order.reason)
-            : plant_.board.act(index, order);
+  const supervision::AlarmCommand command{wanted_alarm(request.alarm), action, shelve_ms,
+                                          sender.peer, std::move(reason)};
+  const supervision::CommandResult result =
+      calms ? plant_.alarms.of(index).begin_offered(command.peer, command.reason)
+            : plant_.alarms.act(index, command);
   if (!result.accepted) throw RequestError(result.why);
-  const supervision::AlarmSnapshot watch = plant_.board.snapshot(index);
+  const supervision::AlarmSnapshot watch = plant_.alarms.snapshot(index);
   return when_written(journal_,
-                      protocol::AlarmActed{.alarm = alarm_of(request.loop, order.kind, watch)},
+                      protocol::AlarmActed{.alarm = alarm_of(request.loop, command.kind, watch)},
                       result.ticket, sender);
 }
 
 LocalServer::Answer AlarmCommands::acknowledge_incident(
     const protocol::AcknowledgeIncidentRequest& request, const Sender& sender) {
   const std::size_t index = loop_index(plant_, request.loop);
-  const supervision::OrderResult result = plant_.board.of(index).acknowledge_incident(
+  const supervision::CommandResult result = plant_.alarms.of(index).acknowledge_incident(
       request.incident, sender.peer, short_text(request.reason, "reason"));
   if (!result.accepted) throw RequestError(result.why);
   protocol::IncidentActed acted;
-  plant_.board.look(index, [&](const supervision::AlarmSnapshot& watch) {
+  plant_.alarms.look(index, [&](const supervision::AlarmSnapshot& watch) {
     acted.incident = incident_of(request.loop, watch).value();
   });
   return when_written(journal_, std::move(acted), result.ticket, sender);
@@ -88,11 +88,11 @@ LocalServer::Answer AlarmCommands::acknowledge_incident(
 
 LocalServer::Answer AlarmCommands::acknowledge_all(const protocol::AcknowledgeAllRequest& request,
                                                    const Sender& sender) {
-  const supervision::Acknowledged done = plant_.board.acknowledge_all(
+  const supervision::Acknowledged done = plant_.alarms.acknowledge_all(
       model::kAlarmKinds, sender.peer, short_text(request.reason, "reason"));
   protocol::AllAcknowledged all;
   for (const auto& [loop, kind] : done.alarms) {
-    all.acknowledged.push_back({plant_.board.name(loop), model::to_text(kind)});
+    all.acknowledged.push_back({plant_.alarms.name(loop), model::to_text(kind)});
   }
   const box::BoxAcknowledged of_box =
       plant_.box_alarms.acknowledge_all(sender.peer, short_text(request.reason, "reason"));
@@ -105,15 +105,15 @@ LocalServer::Answer AlarmCommands::acknowledge_all(const protocol::AcknowledgeAl
 LocalServer::Answer AlarmCommands::veto(const protocol::VetoRequest& request,
                                         const Sender& sender) {
   const std::size_t index = loop_index(plant_, request.loop);
-  const supervision::OrderResult result =
-      plant_.board.of(index).set_veto(request.veto ? model::Veto::back : model::Veto::none,
-                                      sender.peer, short_text(request.reason, "reason"));
+  const supervision::CommandResult result =
+      plant_.alarms.of(index).set_veto(request.veto ? model::Veto::back : model::Veto::none,
+                                       sender.peer, short_text(request.reason, "reason"));
   if (!result.accepted) throw RequestError(result.why);
   return when_written(journal_, protocol::Vetoed{}, result.ticket, sender);
 }
 
 std::string AlarmCommands::active_valve_alarms(std::size_t loop) const {
-  const supervision::AlarmSnapshot watch = plant_.board.snapshot(loop);
+  const supervision::AlarmSnapshot watch = plant_.alarms.snapshot(loop);
   std::string text;
   for (const model::AlarmKind kind : model::kAlarmKinds) {
     const model::Alarm& alarm = watch.alarms.alarm(kind);

@@ -28,8 +28,8 @@ inline journal::JournalEntry operator_line(const Plant& plant, std::size_t loop,
                                            const std::string& peer) {
   journal::JournalEntry line;
   line.kind = journal::JournalEntry::Kind::operator_action;
-  line.utc_ms = plant.board.now_ms();
-  line.loop = plant.board.name(loop);
+  line.utc_ms = plant.alarms.now_ms();
+  line.loop = plant.alarms.name(loop);
   line.peer = peer;
   return line;
 }

@@ -16,8 +16,8 @@
 #include "daemon/console/journal_answer.hpp"
 #include "daemon/console/words.hpp"
 #include "daemon/loops/commissioning.hpp"
-#include "daemon/loops/loop_orders.hpp"
-#include "daemon/orders/order_text.hpp"
+#include "daemon/loops/loop_queue.hpp"
+#include "daemon/commands/command_text.hpp"
 
 namespace loopwarden::daemon::console {
 
@@ -45,22 +45,22 @@ rt::Expectation wanted_expectation(const protocol::Expected& expect) {
 }
 
 // Returns one order with the values that its sender expects to be in force.
-rt::Order wanted_order(const protocol::SetRequest& request) {
-  static const std::map<std::string, rt::JacketWish> kJacket{
-      {"off", rt::JacketWish::off}, {"shadow", rt::JacketWish::shadow}, {"on", rt::JacketWish::on}};
-  rt::Order order;
-  order.set_point = request.set_point;
-  order.output = request.output;
-  if (request.mode) order.mode = wanted_mode(*request.mode);
+rt::Command wanted_command(const protocol::SetRequest& request) {
+  static const std::map<std::string, rt::JacketMode> kJacket{
+      {"off", rt::JacketMode::off}, {"shadow", rt::JacketMode::shadow}, {"on", rt::JacketMode::on}};
+  rt::Command command;
+  command.set_point = request.set_point;
+  command.output = request.output;
+  if (request.mode) command.mode = wanted_mode(*request.mode);
   if (request.jacket) {
-    order.jacket = meant_by(*request.jacket, kJacket, "jacket is off, shadow or on");
+    command.jacket = meant_by(*request.jacket, kJacket, "jacket is off, shadow or on");
   }
-  if (request.expect) order.expected = wanted_expectation(*request.expect);
-  return order;
+  if (request.expect) command.expected = wanted_expectation(*request.expect);
+  return command;
 }
 
 // Returns the value in force if the order was refused because it expected another one.
-std::optional<protocol::InForce> changed_value(const orders::Outcome& outcome) {
+std::optional<protocol::InForce> changed_value(const commands::Outcome& outcome) {
   switch (outcome.refusal) {
     case rt::Refusal::mode_changed:
       return protocol::InForce{.mode = outcome.now.mode == control::Mode::manual ? "manual"
@@ -79,84 +79,84 @@ std::optional<protocol::InForce> changed_value(const orders::Outcome& outcome) {
 
 protocol::OrderTaken LoopCommands::set(const protocol::SetRequest& request, const Sender& sender) {
   const std::size_t index = loop_index(plant_, request.loop);
-  check_takes_orders(plant_, index);
+  check_takes_commands(plant_, index);
   LoopRuntime& loop = plant_.loops[index];
-  rt::Order order = wanted_order(request);
-  if (order.empty()) throw RequestError("set needs set_point, output, mode or jacket");
-  orders::OrderDesk& orders = queue(index);
-  const rt::InForce now = in_force(loop, orders);
+  rt::Command command = wanted_command(request);
+  if (command.empty()) throw RequestError("set needs set_point, output, mode or jacket");
+  commands::CommandQueue& commands = queue(index);
+  const rt::InForce now = in_force(loop, commands);
   // Manual from any operator ends a commissioning. A machine may repeat the manual in force.
-  const bool may_repeat = sender.socket == SocketName::edge && order.mode == now.mode;
-  order.ends_commissioning = !request.session && order.mode == control::Mode::manual &&
-                             !order.set_point && !may_repeat &&
-                             loop.commissioning->holder().has_value();
+  const bool may_repeat = sender.socket == SocketName::edge && command.mode == now.mode;
+  command.ends_commissioning = !request.session && command.mode == control::Mode::manual &&
+                               !command.set_point && !may_repeat &&
+                               loop.commissioning->holder().has_value();
   // The journal has no line for a value that is in force already. An order that changes at least
   // one value is sent whole, because the newest order decides.
-  rt::Order command = order;
+  rt::Command changes = command;
   if (!request.expect) {  // otherwise the answer of the cycle decides
-    rt::leave_out_in_force(command, now, orders.standing(), loop.settings->get());
+    rt::leave_out_in_force(changes, now, commands.availability(), loop.settings->get());
   }
-  if (order.ends_commissioning) {
-    command.mode = order.mode;
+  if (command.ends_commissioning) {
+    changes.mode = command.mode;
   } else {
-    loop.commissioning->check_order(request.session, Commissioning::Clock::now());
-    orders.for_each_waiting([&](const rt::Order& waiting) {
+    loop.commissioning->check_command(request.session, Commissioning::Clock::now());
+    commands.for_each_waiting([&](const rt::Command& waiting) {
       if (waiting.ends_commissioning) {
         throw RequestError("the commissioning ends: somebody takes the loop back");
       }
     });
   }
-  if (command.empty()) order = command;
-  const bool refused = !refusal_of(index, order).empty();
-  return send(index, order, lines_of(refused ? order : command, index, sender.peer), sender.peer,
-              json(request).dump());
+  if (changes.empty()) command = changes;
+  const bool refused = !refusal_of(index, command).empty();
+  return send(index, command, lines_of(refused ? command : changes, index, sender.peer),
+              sender.peer, json(request).dump());
 }
 
 protocol::OrderTaken LoopCommands::tune(const protocol::TuneRequest& request,
                                         const Sender& sender) {
   const std::size_t index = loop_index(plant_, request.loop);
-  check_takes_orders(plant_, index);
+  check_takes_commands(plant_, index);
   LoopRuntime& loop = plant_.loops[index];
-  loop.commissioning->check_order(std::nullopt, Commissioning::Clock::now());
+  loop.commissioning->check_command(std::nullopt, Commissioning::Clock::now());
   // The same check as for the loop's file. The cycle refuses negative gains.
   if (request.kp == 0.0 && request.ki == 0.0) {
     throw RequestError("kp and ki are both 0: the output would never move");
   }
-  rt::Order order{.kp = request.kp, .ki = request.ki, .kd = request.kd};
+  rt::Command command{.kp = request.kp, .ki = request.ki, .kd = request.kd};
   if (request.expect) {
-    order.expected.kp = request.expect->kp;
-    order.expected.ki = request.expect->ki;
-    order.expected.kd = request.expect->kd;
+    command.expected.kp = request.expect->kp;
+    command.expected.ki = request.expect->ki;
+    command.expected.kd = request.expect->kd;
   }
   const rt::InForce now = in_force(loop, queue(index));
   if (!request.expect) {
-    rt::leave_out_in_force(order, now, queue(index).standing(), loop.settings->get());
+    rt::leave_out_in_force(command, now, queue(index).availability(), loop.settings->get());
   }
   Lines lines;
-  if (!order.empty()) {
+  if (!command.empty()) {
     journal::JournalEntry& line = lines.emplace_back(operator_line(plant_, index, sender.peer));
     line.what = "gains";
-    line.old_value = orders::gains_text({now.kp, now.ki, now.kd});
-    line.new_value = orders::gains_text({request.kp, request.ki, request.kd});
+    line.old_value = commands::gains_text({now.kp, now.ki, now.kd});
+    line.new_value = commands::gains_text({request.kp, request.ki, request.kd});
     const auto not_in_file = loop.settings->gains_not_in_file();
     const control::PidGains file =
         not_in_file ? not_in_file->file : loop.settings->get().controller.pid.gains;
     if (request.kp != file.kp || request.ki != file.ki || request.kd != file.kd) {
-      line.reason = "not in file: a restart takes " + orders::gains_text(file);
+      line.reason = "not in file: a restart takes " + commands::gains_text(file);
     }
   }
-  return send(index, order, std::move(lines), sender.peer, json(request).dump());
+  return send(index, command, std::move(lines), sender.peer, json(request).dump());
 }
 
 protocol::OrderState LoopCommands::order(const protocol::OrderRequest& request) {
   const std::size_t index = loop_index(plant_, request.loop);
-  orders::OrderDesk& orders = queue(index);
+  commands::CommandQueue& commands = queue(index);
   const std::uint64_t number = request.order.value_or(0);
-  if (number < 1 || number > orders.newest()) throw RequestError("there is no such order");
-  if (const std::optional<orders::Outcome> outcome = orders.outcome(number)) {
+  if (number < 1 || number > commands.newest()) throw RequestError("there is no such order");
+  if (const std::optional<commands::Outcome> outcome = commands.outcome(number)) {
     const bool patient =
         std::chrono::steady_clock::now() - outcome->answered < kLimitedDiskPatience;
-    if (outcome->why.empty() && patient && !operations_.order_kept(index)) {
+    if (outcome->why.empty() && patient && !operations_.command_kept(index)) {
       return {.state = "waiting"};
     }
     return {.state = outcome->why.empty() ? "done" : "refused",
@@ -167,30 +167,30 @@ protocol::OrderState LoopCommands::order(const protocol::OrderRequest& request) 
                                            outcome->journal_ticket, std::chrono::milliseconds(0))}};
   }
   bool waits = false;
-  orders.for_each_waiting([&](const rt::Order& one) { waits = waits || one.number == number; });
+  commands.for_each_waiting([&](const rt::Command& one) { waits = waits || one.number == number; });
   if (!waits) throw RequestError("what became of that order is in the journal");
   return {.state = "waiting"};
 }
 
-std::string LoopCommands::refusal_of(std::size_t loop, const rt::Order& order) {
+std::string LoopCommands::refusal_of(std::size_t loop, const rt::Command& command) {
   const rt::LoopSettings settings = plant_.loops[loop].settings->get();
-  orders::OrderDesk& orders = queue(loop);
+  commands::CommandQueue& commands = queue(loop);
   const rt::Refusal refusal =
-      rt::judge(order, orders.standing(), settings, settings.controller.jacket.form);
-  if (refusal != rt::Refusal::none) return orders::why_refused(refusal, order, settings);
-  return orders.has_room() ? "" : "too many commands at once; nothing of this order was taken";
+      rt::judge(command, commands.availability(), settings, settings.controller.jacket.form);
+  if (refusal != rt::Refusal::none) return commands::why_refused(refusal, command, settings);
+  return commands.has_room() ? "" : "too many commands at once; nothing of this order was taken";
 }
 
-protocol::OrderTaken LoopCommands::send(std::size_t loop, const rt::Order& order,
+protocol::OrderTaken LoopCommands::send(std::size_t loop, const rt::Command& command,
                                         const std::string& peer, const std::string& text) {
-  return send(loop, order, lines_of(order, loop, peer), peer, text);
+  return send(loop, command, lines_of(command, loop, peer), peer, text);
 }
 
-protocol::OrderTaken LoopCommands::send(std::size_t loop, const rt::Order& order, Lines lines,
+protocol::OrderTaken LoopCommands::send(std::size_t loop, const rt::Command& command, Lines lines,
                                         const std::string& peer, const std::string& text) {
-  const std::string why = refusal_of(loop, order);
+  const std::string why = refusal_of(loop, command);
   if (!lines.empty()) {  // without lines, all values are in force already
-    spdlog::info("loop {}: operator ({}) {}{}{}", plant_.board.name(loop), peer, text,
+    spdlog::info("loop {}: operator ({}) {}{}{}", plant_.alarms.name(loop), peer, text,
                  why.empty() ? "" : " refused: ", why);
   }
   if (!why.empty()) {
@@ -200,29 +200,29 @@ protocol::OrderTaken LoopCommands::send(std::size_t loop, const rt::Order& order
     }
     throw RequestError(why);
   }
-  return {.order = queue(loop).send(order, std::move(lines)),
+  return {.order = queue(loop).send(command, std::move(lines)),
           .sample_time_s = plant_.loops[loop].config.sample_time_s};
 }
 
-orders::OrderDesk& LoopCommands::queue(std::size_t loop) {
+commands::CommandQueue& LoopCommands::queue(std::size_t loop) {
   // The loops are added after the server is created.
   while (queues_.size() < plant_.loops.size()) {
     const std::size_t next = queues_.size();
     LoopRuntime& runtime = plant_.loops[next];
-    queues_.push_back(desk_of(
-        runtime, runtime.channels->operator_orders, journal_,
-        [this, next](const rt::Order& order, const journal::JournalEntry& line) {
+    queues_.push_back(queue_of(
+        runtime, runtime.channels->operator_commands, journal_,
+        [this, next](const rt::Command& command, const journal::JournalEntry& line) {
           // The monitor must not undo an operator's change of the jacket.
-          if (!order.jacket ||
-              plant_.board.snapshot(next).corrective == model::CorrectiveState::off)
+          if (!command.jacket ||
+              plant_.alarms.snapshot(next).corrective == model::CorrectiveState::off)
             return;
-          plant_.board.of(next).set_veto(model::Veto::hands_off, line.peer, "jacket set by hand");
+          plant_.alarms.of(next).set_veto(model::Veto::hands_off, line.peer, "jacket set by hand");
         }));
   }
   return queues_[loop];
 }
 
-LoopCommands::Lines LoopCommands::lines_of(const rt::Order& order, std::size_t loop,
+LoopCommands::Lines LoopCommands::lines_of(const rt::Command& command, std::size_t loop,
                                            const std::string& peer) const {
   const rt::LoopChannels& channels = *plant_.loops[loop].channels;
   record::RecordRow row;
@@ -237,29 +237,29 @@ LoopCommands::Lines LoopCommands::lines_of(const rt::Order& order, std::size_t l
   const auto text = [](double value) {
     return std::isfinite(value) ? fmt::format("{:.9g}", value) : std::string();
   };
-  if (order.jacket) {
+  if (command.jacket) {
     constexpr std::array kForms{"off", "shadow", "on"};
     add("jacket", config::to_text(static_cast<control::JacketForm>(row.jacket_form)),
-        kForms[static_cast<std::size_t>(*order.jacket)]);
+        kForms[static_cast<std::size_t>(*command.jacket)]);
   }
-  if (order.mode) {
+  if (command.mode) {
     add("mode", control::to_text(static_cast<control::Mode>(row.requested_mode)),
-        control::to_text(*order.mode));
+        control::to_text(*command.mode));
   }
-  if (order.set_point) {
+  if (command.set_point) {
     add("set point", text(channels.set_point_wanted.load(std::memory_order_relaxed)),
-        text(*order.set_point));
+        text(*command.set_point));
   }
-  if (order.output) add("output", text(row.co), text(*order.output));
+  if (command.output) add("output", text(row.co), text(*command.output));
   return lines;
 }
 
 void LoopCommands::collect() {
-  for (orders::OrderDesk& queue : queues_) queue.collect();
+  for (commands::CommandQueue& queue : queues_) queue.collect();
 }
 
 void LoopCommands::close() {
-  for (orders::OrderDesk& queue : queues_) queue.close();
+  for (commands::CommandQueue& queue : queues_) queue.close();
 }
 
 }  // namespace loopwarden::daemon::console

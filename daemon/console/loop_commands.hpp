@@ -10,7 +10,7 @@
 #include "daemon/console/plant.hpp"
 #include "daemon/console/sender.hpp"
 #include "daemon/journal/journal.hpp"
-#include "daemon/orders/order_desk.hpp"
+#include "daemon/commands/command_queue.hpp"
 #include "protocol/requests.hpp"
 
 namespace loopwarden::daemon::console {
@@ -30,11 +30,11 @@ class LoopCommands {
   protocol::OrderState order(const protocol::OrderRequest& request);
 
   // Queues an order of this peer for the loop. `text`: the order as it was given, for the log.
-  protocol::OrderTaken send(std::size_t loop, const rt::Order& order, const std::string& peer,
+  protocol::OrderTaken send(std::size_t loop, const rt::Command& command, const std::string& peer,
                             const std::string& text);
   // Returns why an order would be refused now; empty if it would be accepted.
-  std::string refusal_of(std::size_t loop, const rt::Order& order);
-  orders::OrderDesk& queue(std::size_t loop);
+  std::string refusal_of(std::size_t loop, const rt::Command& command);
+  commands::CommandQueue& queue(std::size_t loop);
 
   // Receives the answers of the loops.
   void collect();
@@ -43,15 +43,15 @@ class LoopCommands {
 
  private:
   using Lines = std::vector<journal::JournalEntry>;
-  protocol::OrderTaken send(std::size_t loop, const rt::Order& order, Lines lines,
+  protocol::OrderTaken send(std::size_t loop, const rt::Command& command, Lines lines,
                             const std::string& peer, const std::string& text);
   // Returns a line per part of the order, without the results.
-  Lines lines_of(const rt::Order& order, std::size_t loop, const std::string& peer) const;
+  Lines lines_of(const rt::Command& command, std::size_t loop, const std::string& peer) const;
 
   Plant plant_;
   journal::Journal& journal_;
   const Operations& operations_;
-  std::deque<orders::OrderDesk> queues_;  // one per loop, created before the first order
+  std::deque<commands::CommandQueue> queues_;  // one per loop, created before the first order
 };
 
 }  // namespace loopwarden::daemon::console

@@ -23,7 +23,7 @@ class Operations {
   // Returns the state of a reload, if there is one with this number.
   virtual std::optional<protocol::ReloadState> reload_state(std::uint64_t number) const = 0;
   // True if the newest mode, set point and output of the loop are stored for the next start.
-  virtual bool order_kept(std::size_t loop) const = 0;
+  virtual bool command_kept(std::size_t loop) const = 0;
 };
 
 }  // namespace loopwarden::daemon::console

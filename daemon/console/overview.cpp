@@ -81,7 +81,7 @@ std::vector<Glance> glance_at(const Plant& plant) {
     glance.known = plant.historian.latest(i, glance.row);
     glance.not_in_file = plant.loops[i].settings->gains_not_in_file().has_value();
     glance.commissioned = plant.loops[i].commissioning->holder().has_value();
-    plant.board.look(i, [&](const supervision::AlarmSnapshot& watch) {
+    plant.alarms.look(i, [&](const supervision::AlarmSnapshot& watch) {
       see_alarms(watch, glance);
       glance.condition = lowest_known(watch.condition);
       if (!glance.known) return;
@@ -125,7 +125,7 @@ static_assert(kSources.size() == protocol::kColumns);
 
 protocol::Overview overview(const Plant& plant, std::uint32_t config_hash) {
   const std::vector<Glance> all = glance_at(plant);
-  protocol::Overview overview{.now_ms = plant.board.now_ms(), .config_hash = config_hash};
+  protocol::Overview overview{.now_ms = plant.alarms.now_ms(), .config_hash = config_hash};
   for (const Source& source : kSources) {
     std::vector<double>& values = overview[source.column];
     values.reserve(all.size());

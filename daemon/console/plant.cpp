@@ -17,13 +17,13 @@ std::size_t loop_index(const Plant& plant, const std::string& name) {
   return *found;
 }
 
-void check_takes_orders(const Plant& plant, std::size_t loop) {
+void check_takes_commands(const Plant& plant, std::size_t loop) {
   const LoopRuntime& runtime = plant.loops[loop];
   if (const std::string* why = config::out_of_service(runtime.config.io)) {
-    throw RequestError(fmt::format("{} is out of service: {}", plant.board.name(loop), *why));
+    throw RequestError(fmt::format("{} is out of service: {}", plant.alarms.name(loop), *why));
   }
   if (!runtime.watched()) return;
-  throw RequestError(plant.board.name(loop) +
+  throw RequestError(plant.alarms.name(loop) +
                      " is controlled elsewhere: nothing of it can be ordered from here");
 }
 

@@ -18,7 +18,7 @@ namespace loopwarden::daemon::console {
 struct Plant {
   std::vector<LoopRuntime>& loops;
   Historian& historian;
-  supervision::AlarmRegistry& board;
+  supervision::AlarmRegistry& alarms;
   box::BoxBoard& box_alarms;
   double severe_percent;  // % of the CO span
 };
@@ -29,6 +29,6 @@ loopwarden::monitor::AlarmKind wanted_alarm(const std::string& name);
 loopwarden::monitor::BoxAlarm wanted_box_alarm(const std::string& name);
 
 // Throws RequestError if the loop accepts no orders here: out of service, or controlled elsewhere.
-void check_takes_orders(const Plant& plant, std::size_t loop);
+void check_takes_commands(const Plant& plant, std::size_t loop);
 
 }  // namespace loopwarden::daemon::console

@@ -8,11 +8,11 @@ namespace loopwarden::daemon::console {
 gateway::LoopReading PlantReadings::read(std::size_t loop) {
   const LoopRuntime& runtime = plant_.loops[loop];
   const rt::LoopChannels& channels = *runtime.channels;
-  gateway::LoopReading reading(plant_.board.snapshot(loop));
+  gateway::LoopReading reading(plant_.alarms.snapshot(loop));
   reading.running = plant_.historian.latest(loop, reading.row);
   reading.last_good_pv = plant_.historian.last_good_pv(loop);
   reading.set_point_wanted = channels.set_point_wanted.load(std::memory_order_relaxed);
-  reading.standing = rt::unpacked(channels.standing.load(std::memory_order_acquire));
+  reading.availability = rt::unpacked(channels.availability.load(std::memory_order_acquire));
   reading.settings = runtime.settings->get();
   reading.moves = channels.moves.read();
   reading.orders_refused = channels.orders_refused.load(std::memory_order_relaxed);

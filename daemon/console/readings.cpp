@@ -225,24 +225,24 @@ protocol::Trend Readings::trend(const protocol::TrendRequest& request) const {
 // Returns protocol::Alarms as text.
 std::string Readings::alarms() const {
   std::string text = R"({"alarms":[)";
-  for (std::size_t i = 0; i < plant_.board.loops(); ++i) {
-    const supervision::AlarmSnapshot watch = plant_.board.snapshot(i);
+  for (std::size_t i = 0; i < plant_.alarms.loops(); ++i) {
+    const supervision::AlarmSnapshot watch = plant_.alarms.snapshot(i);
     for (const model::AlarmKind kind : model::kAlarmKinds) {
       if (!watch.alarms.fitted(kind)) continue;
-      put_item(text, alarm_of(plant_.board.name(i), kind, watch));
+      put_item(text, alarm_of(plant_.alarms.name(i), kind, watch));
     }
   }
   const model::BoxAlarms own = plant_.box_alarms.alarms();
   for (const model::BoxAlarm kind : model::kBoxAlarms) put_item(text, alarm_of(kind, own));
   text += R"(],"incidents":[)";
-  for (std::size_t i = 0; i < plant_.board.loops(); ++i) {
+  for (std::size_t i = 0; i < plant_.alarms.loops(); ++i) {
     std::optional<protocol::Incident> incident;
-    plant_.board.look(i, [&](const supervision::AlarmSnapshot& watch) {
-      incident = incident_of(plant_.board.name(i), watch);
+    plant_.alarms.look(i, [&](const supervision::AlarmSnapshot& watch) {
+      incident = incident_of(plant_.alarms.name(i), watch);
     });
     if (incident) put_item(text, *incident);
   }
-  text += R"(],"now_ms":)" + std::to_string(plant_.board.now_ms()) + R"(,"ok":true})";
+  text += R"(],"now_ms":)" + std::to_string(plant_.alarms.now_ms()) + R"(,"ok":true})";
   return text;
 }
 
@@ -256,7 +256,7 @@ protocol::AlarmFigures Readings::alarm_figures(const protocol::AlarmFiguresReque
   if (hours < 1 || hours > kMostHours) {
     throw RequestError("hours must be a whole number from 1 to 720");
   }
-  const std::int64_t now_ms = plant_.board.now_ms();
+  const std::int64_t now_ms = plant_.alarms.now_ms();
   const std::int64_t asked_ms = now_ms - static_cast<std::int64_t>(hours) * 3'600'000;
   const auto came = reader_.ask<std::vector<model::AlarmCame>>(
       [this, asked_ms, now_ms] { return archive_.journal.came(asked_ms, now_ms, kMostCame); },
@@ -277,7 +277,7 @@ protocol::Description Readings::describe() const {
 
 protocol::LoopAnswer Readings::loop(const protocol::LoopRequest& request) const {
   const std::size_t index = loop_index(plant_, request.loop);
-  const auto newest = plant_.board.snapshot(index).explanation;
+  const auto newest = plant_.alarms.snapshot(index).explanation;
   return {.status = loop_status(plant_, index),
           .ranges = ranges_of(plant_.loops[index].settings->get()),
           .explanation = newest ? std::optional(told(*newest)) : std::nullopt};
@@ -291,14 +291,14 @@ protocol::TwinModel Readings::twin(const protocol::TwinRequest& request) const {
 protocol::Windows Readings::windows(const protocol::WindowsRequest& request) const {
   protocol::Windows all;
   for (const supervision::LoggedWindow& one :
-       plant_.board.of(loop_index(plant_, request.loop)).windows()) {
+       plant_.alarms.of(loop_index(plant_, request.loop)).windows()) {
     all.windows.push_back(window_of(one));
   }
   return all;
 }
 
 protocol::Reports Readings::reports(const protocol::ReportsRequest& request) const {
-  const std::string& loop = plant_.board.name(loop_index(plant_, request.loop));
+  const std::string& loop = plant_.alarms.name(loop_index(plant_, request.loop));
   const auto known = archive_.reports.of(loop);
   if (!known) throw RequestError("the reports of before the start are being read");
   protocol::Reports all;
@@ -327,13 +327,13 @@ protocol::Explained Readings::explain(const protocol::ExplainRequest& request) {
   if (request.loop == model::kBox) return explain_box(request);
   const std::size_t index = loop_index(plant_, request.loop);
   const model::AlarmKind kind = wanted_alarm(request.alarm);
-  const supervision::AlarmSnapshot watch = plant_.board.snapshot(index);
+  const supervision::AlarmSnapshot watch = plant_.alarms.snapshot(index);
   const config::AlarmTexts guide = plant_.loops[index].config.alarms.guide(kind);
   struct OnDisk {
     std::optional<std::filesystem::path> folder;
     std::vector<journal::JournalRow> rows;
   };
-  const std::string name = plant_.board.name(index);
+  const std::string name = plant_.alarms.name(index);
   const std::optional<OnDisk> disk = reader_.ask<OnDisk>(
       [this, name, kind] {
         return OnDisk{archive_.evidence.newest(name, kind),
@@ -361,7 +361,7 @@ protocol::Journal Readings::journal(const protocol::JournalRequest& request) {
   if (request.loop) {
     query.loop = *request.loop == model::kBox
                      ? *request.loop
-                     : plant_.board.name(loop_index(plant_, *request.loop));
+                     : plant_.alarms.name(loop_index(plant_, *request.loop));
   }
   const auto rows = reader_.ask<std::vector<journal::JournalRow>>(
       [this, query] { return archive_.journal.search(query); }, kReaderPatience);

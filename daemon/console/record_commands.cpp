@@ -123,7 +123,7 @@ void RecordCommands::check_span(const protocol::ReportRequest& request, reports:
   // One gigabyte of memory holds these samples; a commissioning keeps several copies of them.
   const double most_samples = kind == reports::Kind::commission ? 2e5 : 1e6;
   if (request.from_ms >= request.to_ms) throw RequestError("from_ms must be before to_ms");
-  if (request.to_ms > static_cast<std::uint64_t>(plant_.board.now_ms())) {
+  if (request.to_ms > static_cast<std::uint64_t>(plant_.alarms.now_ms())) {
     throw RequestError("to_ms: a time that has been");
   }
   const auto oldest_ms =

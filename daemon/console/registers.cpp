@@ -91,7 +91,7 @@ protocol::Registers registers(const Plant& plant, const DaemonInfo& info,
     for (const Register& reg : map::registers()) names.push_back(field_of(reg));
   }
   // Counts all alarms; the map has no process alarms.
-  all.alarm_changes = plant.board.changes() + plant.box_alarms.changes();
+  all.alarm_changes = plant.alarms.changes() + plant.box_alarms.changes();
   all.box = values_of(values, true, 0);
   for (std::size_t i = 0; i < readings.loops(); ++i) {
     all.loops.push_back({readings.name(i), values_of(values, false, i)});

@@ -10,7 +10,7 @@
 
 #include "base/clock.hpp"
 #include "daemon/console/journal_answer.hpp"
-#include "daemon/loops/loop_orders.hpp"
+#include "daemon/loops/loop_queue.hpp"
 
 namespace loopwarden::daemon::console {
 
@@ -21,12 +21,12 @@ protocol::Commissioning SessionCommands::commissioning(
   if (loop.watched()) {
     throw RequestError(request.loop + " is controlled elsewhere: it is never out of service here");
   }
-  check_takes_orders(plant_, index);
+  check_takes_commands(plant_, index);
   const bool ends = request.end.value_or(false);
   if (ends && !request.session) throw RequestError("end needs the session");
   if (request.withhold_s && !ends) check_withholding(request, index);
   const std::uint64_t session = loop.commissioning->take(
-      request.session, sender.peer, plant_.board.now_ms(), Commissioning::Clock::now());
+      request.session, sender.peer, plant_.alarms.now_ms(), Commissioning::Clock::now());
   if (ends) {
     loop.commissioning->give_back();
     write_down(index, false, sender.peer);
@@ -39,7 +39,7 @@ protocol::Commissioning SessionCommands::commissioning(
 
 void SessionCommands::check_withholding(const protocol::CommissioningRequest& request,
                                         std::size_t loop) {
-  const bool manual = commands_.queue(loop).standing().mode == control::Mode::manual;
+  const bool manual = commands_.queue(loop).availability().mode == control::Mode::manual;
   if (const char* why =
           Commissioning::no_withholding(plant_.loops[loop].config, *request.withhold_s, manual)) {
     throw RequestError(fmt::format("{}: {}", request.loop, why));
@@ -71,10 +71,10 @@ void SessionCommands::end_silent(std::size_t loop, Commissioning::Clock::time_po
   constexpr std::chrono::seconds kBetweenTries{1};
   plant_.loops[loop].channels->withheld_until_ns = 0;
   Ending& ending = endings_[loop];
-  if (ending.order) {
-    const std::optional<orders::Outcome> outcome = commands_.queue(loop).outcome(*ending.order);
+  if (ending.command) {
+    const std::optional<commands::Outcome> outcome = commands_.queue(loop).outcome(*ending.command);
     if (!outcome) return;
-    ending.order.reset();
+    ending.command.reset();
     if (outcome->why.empty()) {
       endings_.erase(loop);
       return;
@@ -82,19 +82,19 @@ void SessionCommands::end_silent(std::size_t loop, Commissioning::Clock::time_po
   }
   if (now < ending.next) return;
   ending.next = now + kBetweenTries;
-  rt::Order order = stop_order(loop);
-  const std::string why = commands_.refusal_of(loop, order);
+  rt::Command command = stop_command(loop);
+  const std::string why = commands_.refusal_of(loop, command);
   if (!why.empty() && why == ending.refused) return;  // the journal has it
   ending.refused = why;
   try {
-    ending.order = commands_.send(loop, order, kPeer, "stop action").order;
+    ending.command = commands_.send(loop, command, kPeer, "stop action").order;
   } catch (const RequestError&) {
-    if (!order.output) return;
+    if (!command.output) return;
     // The action of a fault has the output. The loop accepts manual nevertheless.
-    order.output.reset();
-    order.ends_commissioning = false;
+    command.output.reset();
+    command.ends_commissioning = false;
     try {
-      commands_.send(loop, order, kPeer, "manual");
+      commands_.send(loop, command, kPeer, "manual");
     } catch (const RequestError&) {  // both refusals are in log and journal
     }
   }
@@ -102,18 +102,18 @@ void SessionCommands::end_silent(std::size_t loop, Commissioning::Clock::time_po
 
 // The stop action as at the end of the daemon, but with the normal rate limit: the loop stays in
 // manual at this output.
-rt::Order SessionCommands::stop_order(std::size_t loop) const {
+rt::Command SessionCommands::stop_command(std::size_t loop) const {
   const rt::LoopSettings settings = plant_.loops[loop].settings->get();
-  rt::Order order{.mode = control::Mode::manual, .ends_commissioning = true};
+  rt::Command command{.mode = control::Mode::manual, .ends_commissioning = true};
   if (settings.safety.on_stop.kind == control::OutputAction::Kind::value) {
     const control::OutputLimits& limits = settings.controller.output;
-    order.output = std::clamp(settings.safety.on_stop.value, limits.low, limits.high);
+    command.output = std::clamp(settings.safety.on_stop.value, limits.low, limits.high);
   }
-  return order;
+  return command;
 }
 
 void SessionCommands::write_down(std::size_t loop, bool begun, const std::string& peer) {
-  write_down_commissioning(plant_.loops[loop], begun, journal_, plant_.board.now_ms(), peer);
+  write_down_commissioning(plant_.loops[loop], begun, journal_, plant_.alarms.now_ms(), peer);
 }
 
 }  // namespace loopwarden::daemon::console

@@ -31,15 +31,15 @@ class SessionCommands {
  private:
   // The stop action of a silent session.
   struct Ending {
-    std::optional<std::uint64_t> order{};  // without an answer yet
-    std::string refused{};                 // reason of the last refusal
+    std::optional<std::uint64_t> command{};  // without an answer yet
+    std::string refused{};                   // reason of the last refusal
     Commissioning::Clock::time_point next{};
   };
   void check_withholding(const protocol::CommissioningRequest& request, std::size_t loop);
   void withhold(std::size_t loop, double seconds, const std::string& peer);
   void write_down(std::size_t loop, bool begun, const std::string& peer);
   void end_silent(std::size_t loop, Commissioning::Clock::time_point now);
-  rt::Order stop_order(std::size_t loop) const;
+  rt::Command stop_command(std::size_t loop) const;
 
   Plant plant_;
   journal::Journal& journal_;

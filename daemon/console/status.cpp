@@ -411,7 +411,7 @@ protocol::LoopStatus loop_status(const Plant& plant, std::size_t index) {
   const config::LoopConfig& config = runtime.config;
   const rt::LoopSettings settings = runtime.settings->get();
   const protocol::Ranges ranges = ranges_of(settings);
-  const supervision::AlarmSnapshot watch = plant.board.snapshot(index);
+  const supervision::AlarmSnapshot watch = plant.alarms.snapshot(index);
   const auto position_age_ms =
       static_cast<double>(runtime.channels->position_age_ms.load(std::memory_order_relaxed));
   protocol::LoopStatus loop{

@@ -12,7 +12,7 @@
 
 #include "daemon/journal/journal_entry.hpp"
 #include "daemon/supervision/alarm_registry.hpp"
-#include "daemon/rt/order.hpp"
+#include "daemon/rt/command.hpp"
 #include "record/record_row.hpp"
 #include "model/control/planned_moves.hpp"
 #include "model/monitor/ne107.hpp"
@@ -29,8 +29,8 @@ struct LoopReading {
   double set_point_wanted = 0.0;  // PV units, where a ramp goes
   // CO units, what manual holds or goes to; NaN: not known
   double output_wanted = rt::kOutputNotKnown;
-  rt::LoopSettings settings;  // in force, ranges and limits included
-  rt::Standing standing;      // what the next order will find
+  rt::LoopSettings settings;          // in force, ranges and limits included
+  rt::LoopAvailability availability;  // what the next order will find
   std::uint32_t orders_refused = 0;
   std::optional<control::MovesState> moves;  // planned moves, where there are
   supervision::AlarmSnapshot watch;
@@ -79,16 +79,16 @@ class PlantView {
 class LoopsView : public PlantView {
  public:
   // Only the gateway's thread fills the loop's mailbox.
-  virtual bool has_room_for_order(std::size_t loop) = 0;
+  virtual bool has_room_for_command(std::size_t loop) = 0;
   // Taken by the loop's next cycle. The lines go to the journal with what the cycle made of the order.
-  virtual void order(std::size_t loop, const rt::Order& order,
-                     std::vector<journal::JournalEntry> lines) = 0;
+  virtual void send(std::size_t loop, const rt::Command& command,
+                    std::vector<journal::JournalEntry> lines) = 0;
   // Takes the answers to orders that are there; true while some are still to come.
   virtual bool collect_answers() = 0;
   // The loops have ended: orders without an answer are written down as not taken.
-  virtual void close_orders() = 0;
+  virtual void close_commands() = 0;
   // The next four wait for nothing. They return the journal's ticket of what was done, 0: nothing was.
-  virtual std::uint64_t act(std::size_t loop, const supervision::AlarmOrder& order) = 0;
+  virtual std::uint64_t act(std::size_t loop, const supervision::AlarmCommand& command) = 0;
   // Of every loop, alarms of these kinds.
   virtual std::uint64_t acknowledge_all(std::span<const loopwarden::monitor::AlarmKind> kinds,
                                         const std::string& peer) = 0;

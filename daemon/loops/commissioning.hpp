@@ -32,7 +32,7 @@ class Commissioning {
   // False: nobody had it.
   bool give_back();
   // Throws RequestError where an order of who has this session, or none, must not move the loop. A sign of life.
-  void check_order(const std::optional<std::uint64_t>& session, Clock::time_point now);
+  void check_command(const std::optional<std::uint64_t>& session, Clock::time_point now);
   // Whether who had it has been silent for too long: his session has ended, and the loop is out of service until it is
   // given back.
   bool silent(Clock::time_point now);

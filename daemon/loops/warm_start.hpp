@@ -7,7 +7,7 @@
 
 #include "config/loop_config.hpp"
 #include "daemon/journal/journal_entry.hpp"
-#include "daemon/loops/last_orders.hpp"
+#include "daemon/loops/last_commands.hpp"
 #include "daemon/rt/control_cycle.hpp"
 
 namespace loopwarden::daemon {
@@ -21,6 +21,6 @@ struct WarmStart {
 
 // `orders` are those of all loops. Without any, such as at the very first start, the file has the
 // say.
-WarmStart warm_start(const config::LoopConfig& loop, const LastOrders& orders);
+WarmStart warm_start(const config::LoopConfig& loop, const LastCommands& commands);
 
 }  // namespace loopwarden::daemon

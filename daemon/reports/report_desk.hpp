@@ -29,7 +29,7 @@ struct DeskSettings {
   std::size_t kept = 10;
 };
 
-struct DeskEnds {
+struct ReportCallbacks {
   std::function<std::int64_t()> now_ms;  // UTC
   std::function<void()> wake;            // there is something to do
   std::function<void(const Report&)> ended;
@@ -42,8 +42,8 @@ class ReportDesk {
   // True after at most the time given: leave off.
   using Stop = std::function<bool(std::chrono::milliseconds)>;
 
-  ReportDesk(DeskSettings settings, DeskEnds ends)
-      : settings_(std::move(settings)), ends_(std::move(ends)) {}
+  ReportDesk(DeskSettings settings, ReportCallbacks callbacks)
+      : settings_(std::move(settings)), callbacks_(std::move(callbacks)) {}
 
   // Any thread.
   bool has_program() const noexcept { return !settings_.program.empty(); }
@@ -77,7 +77,7 @@ class ReportDesk {
   std::size_t waiting_before(const Report& report) const;
 
   DeskSettings settings_;
-  DeskEnds ends_;
+  ReportCallbacks callbacks_;
   mutable std::mutex mutex_;  // held for copies in memory only
   std::vector<Entry> all_;    // in the order in which they were asked for
   bool is_loaded_ = false;    // all_ has those of before the start

@@ -17,7 +17,7 @@ using control::Mode;
 void ControlCycle::run(const hal::CycleTime& time, std::uint64_t missed, bool stop) noexcept {
   now_ns_ = time.now_ns;
   take_settings();
-  take_orders();
+  take_commands();
 
   // Newest sample with its age and quality.
   read(time);
@@ -58,7 +58,7 @@ ControlCycle::ControlCycle(std::uint32_t loop, double period_s, const LoopSettin
       controller_(settings.controller, period_s, start.set_point, settings.controller.output.low),
       output_(start.output) {
   controller_.request_mode(start.mode);
-  publish_standing();
+  publish_availability();
 }
 
 void ControlCycle::take_settings() noexcept {
@@ -94,7 +94,7 @@ void ControlCycle::take_settings() noexcept {
   controller_.configure(settings_.controller);
   supervisor_.configure(settings_.safety);
   pv_guard_.configure(settings_.pv_check);
-  if (jacket_since_offer_ && (*jacket_since_offer_ != JacketWish::on || settings_.jacket_may_act)) {
+  if (jacket_since_offer_ && (*jacket_since_offer_ != JacketMode::on || settings_.jacket_may_act)) {
     apply(*jacket_since_offer_);
   }
   publish_in_force();
@@ -106,84 +106,84 @@ void ControlCycle::take_settings() noexcept {
 void ControlCycle::publish_in_force() noexcept { channels_.in_force.publish(configured_); }
 
 // The last one decides: a Modbus master overrides the monitor, an operator overrides both.
-void ControlCycle::take_orders() noexcept {
-  answer(channels_.monitor_orders);
-  answer(channels_.master_orders);
-  answer(channels_.operator_orders);
+void ControlCycle::take_commands() noexcept {
+  answer(channels_.monitor_commands);
+  answer(channels_.master_commands);
+  answer(channels_.operator_commands);
 }
 
-void ControlCycle::answer(OrderBox& box) noexcept {
-  Order order;
-  while (box.orders.try_pop(order)) {
+void ControlCycle::answer(CommandMailbox& box) noexcept {
+  Command command;
+  while (box.commands.try_pop(command)) {
     const InForce now = in_force();
-    const Refusal refusal = take(order, now);
-    publish_standing();  // before the answer: the sender's next order depends on it
-    box.answers.try_push({order.number, refusal, now});
+    const Refusal refusal = take(command, now);
+    publish_availability();  // before the answer: the sender's next order depends on it
+    box.answers.try_push({command.number, refusal, now});
   }
 }
 
 // Checks the order again: an earlier order of this cycle, a fault or a reload may have changed the
 // loop since the order was accepted.
-Refusal ControlCycle::take(const Order& order, const InForce& now) noexcept {
-  Refusal refusal = judge(order.expected, now, settings_);
+Refusal ControlCycle::take(const Command& command, const InForce& now) noexcept {
+  Refusal refusal = judge(command.expected, now, settings_);
   if (refusal == Refusal::none)
-    refusal = judge(order, standing(), settings_, configured_.controller.jacket.form);
+    refusal = judge(command, availability(), settings_, configured_.controller.jacket.form);
   // A reload may have configured another corrective action than that of the order.
-  if (refusal == Refusal::none && order.moves && *order.moves != MovesWish::off &&
+  if (refusal == Refusal::none && command.moves && *command.moves != MovesMode::off &&
       configured_.controller.compensator.kind != control::CompensatorKind::none) {
     refusal = Refusal::compensator_of_file;
   }
-  if (refusal == Refusal::none && order.moves && *order.moves != MovesWish::off &&
+  if (refusal == Refusal::none && command.moves && *command.moves != MovesMode::off &&
       !control::gain_fits(channels_.moves_settings.newest().gain,
                           settings_.controller.pid.action)) {
     refusal = Refusal::moves_of_other_sign;
   }
   if (refusal == Refusal::none) {
-    apply(order);
+    apply(command);
   } else {
     channels_.orders_refused.fetch_add(1, std::memory_order_relaxed);
-    event(EventCode::order_refused, static_cast<std::uint8_t>(refusal), 0, 0.0);
+    event(EventCode::command_refused, static_cast<std::uint8_t>(refusal), 0, 0.0);
   }
   return refusal;
 }
 
-void ControlCycle::apply(const Order& order) noexcept {
-  if (order.jacket) {
-    apply(*order.jacket);
-    jacket_since_offer_ = order.jacket;
+void ControlCycle::apply(const Command& command) noexcept {
+  if (command.jacket) {
+    apply(*command.jacket);
+    jacket_since_offer_ = command.jacket;
   }
-  if (order.moves) apply(*order.moves);
-  if (order.kp || order.ki || order.kd) {
-    set_gains(order, settings_.controller.pid.gains);
-    set_gains(order, configured_.controller.pid.gains);
-    set_gains(order, offer_.settings.controller.pid.gains);  // also in an offer that waits
+  if (command.moves) apply(*command.moves);
+  if (command.kp || command.ki || command.kd) {
+    set_gains(command, settings_.controller.pid.gains);
+    set_gains(command, configured_.controller.pid.gains);
+    set_gains(command, offer_.settings.controller.pid.gains);  // also in an offer that waits
     controller_.configure(settings_.controller);
     publish_in_force();
   }
   // An order for an output ends the withholding of commands.
-  if (order.output) channels_.withheld_until_ns.store(0, std::memory_order_relaxed);
-  if (order.mode) controller_.request_mode(*order.mode);
-  if (order.set_point) controller_.request_set_point(*order.set_point);
-  if (order.output) {
-    if (output_.report()) assume_output(*order.output);
-    controller_.request_output(*order.output);
+  if (command.output) channels_.withheld_until_ns.store(0, std::memory_order_relaxed);
+  if (command.mode) controller_.request_mode(*command.mode);
+  if (command.set_point) controller_.request_set_point(*command.set_point);
+  if (command.output) {
+    if (output_.report()) assume_output(*command.output);
+    controller_.request_output(*command.output);
   }
 }
 
-void ControlCycle::apply(JacketWish wish) noexcept {
+void ControlCycle::apply(JacketMode mode) noexcept {
   control::JacketSettings& jacket = settings_.controller.jacket;
   jacket.form =
-      wish == JacketWish::off ? control::JacketForm::off : configured_.controller.jacket.form;
-  jacket.shadow = wish != JacketWish::on;
+      mode == JacketMode::off ? control::JacketForm::off : configured_.controller.jacket.form;
+  jacket.shadow = mode != JacketMode::on;
   controller_.configure(settings_.controller);
 }
 
-void ControlCycle::apply(MovesWish wish) noexcept {
+void ControlCycle::apply(MovesMode mode) noexcept {
   control::CompensatorSettings& compensator = settings_.controller.compensator;
   compensator = configured_.controller.compensator;
-  if (wish != MovesWish::off) {
+  if (mode != MovesMode::off) {
     compensator = {.kind = control::CompensatorKind::planned_moves,
-                   .shadow = wish == MovesWish::shadow,
+                   .shadow = mode == MovesMode::shadow,
                    .planned = channels_.moves_settings.newest()};
   }
   controller_.configure(settings_.controller);
@@ -199,7 +199,7 @@ InForce ControlCycle::in_force() const noexcept {
           .kd = gains.kd};
 }
 
-Standing ControlCycle::standing() const noexcept {
+LoopAvailability ControlCycle::availability() const noexcept {
   // While the position is unknown, an operator may set it: no other source may ever give it. Graver
   // faults have an action and end without it.
   const Fault fault = supervisor_.fault();
@@ -212,12 +212,12 @@ Standing ControlCycle::standing() const noexcept {
                                 settings_.safety.recovery == control::Recovery::manual};
 }
 
-void ControlCycle::publish_standing() noexcept {
+void ControlCycle::publish_availability() noexcept {
   channels_.set_point_wanted.store(controller_.set_point_target(), std::memory_order_relaxed);
   channels_.output_wanted.store(
       output_.valid() ? controller_.manual_output() : std::numeric_limits<double>::quiet_NaN(),
       std::memory_order_relaxed);
-  channels_.standing.store(packed(standing()), std::memory_order_release);
+  channels_.availability.store(packed(availability()), std::memory_order_release);
 }
 
 void ControlCycle::read(const hal::CycleTime& time) noexcept {
@@ -393,7 +393,7 @@ void ControlCycle::record(const hal::CycleTime& time, const hal::Sample& pv,
           : -1.0F,
       std::memory_order_relaxed);
   publish_moves();
-  publish_standing();
+  publish_availability();
 }
 
 void ControlCycle::publish_moves() noexcept {

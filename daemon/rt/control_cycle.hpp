@@ -8,7 +8,7 @@
 #include "daemon/rt/event.hpp"
 #include "daemon/rt/loop_channels.hpp"
 #include "daemon/rt/loop_settings.hpp"
-#include "daemon/rt/order.hpp"
+#include "daemon/rt/command.hpp"
 #include "daemon/rt/output_knowledge.hpp"
 #include "daemon/rt/pv_guard.hpp"
 #include "hal/contract/loop_io.hpp"
@@ -47,15 +47,15 @@ class ControlCycle {
  private:
   void take_settings() noexcept;
   void publish_in_force() noexcept;
-  void take_orders() noexcept;
-  void answer(OrderBox& box) noexcept;
-  Refusal take(const Order& order, const InForce& now) noexcept;
+  void take_commands() noexcept;
+  void answer(CommandMailbox& box) noexcept;
+  Refusal take(const Command& command, const InForce& now) noexcept;
   InForce in_force() const noexcept;
-  void apply(const Order& order) noexcept;
-  void apply(JacketWish wish) noexcept;
-  void apply(MovesWish wish) noexcept;
-  Standing standing() const noexcept;
-  void publish_standing() noexcept;
+  void apply(const Command& command) noexcept;
+  void apply(JacketMode mode) noexcept;
+  void apply(MovesMode mode) noexcept;
+  LoopAvailability availability() const noexcept;
+  void publish_availability() noexcept;
   void read(const hal::CycleTime& time) noexcept;
   hal::Sample checked_pv() noexcept;
   control::Conditions conditions(const hal::Sample& pv, std::uint64_t missed,
@@ -82,7 +82,7 @@ class ControlCycle {
   LoopSettings configured_;  // `settings_` with jacket and compensator of the file
   SettingsOffer offer_;
   bool offer_waits_ = false;
-  std::optional<JacketWish> jacket_since_offer_;  // newest order for the jacket after the offer
+  std::optional<JacketMode> jacket_since_offer_;  // newest order for the jacket after the offer
   ValvePositionSource valve_source_;
   plant::EffectChain valve_model_;
   hal::LoopIo& io_;

@@ -8,7 +8,7 @@
 #include "base/newest_value.hpp"
 #include "base/spsc_ring.hpp"
 #include "daemon/rt/loop_settings.hpp"
-#include "daemon/rt/order.hpp"
+#include "daemon/rt/command.hpp"
 #include "daemon/rt/planned_moves_status.hpp"
 #include "record/record_row.hpp"
 
@@ -21,22 +21,22 @@ struct LoopChannels {
   struct Room {
     std::size_t records = 64;  // cycles
     std::size_t watched = 64;  // cycles
-    std::size_t monitor_orders = OrderBox::kRoom;
+    std::size_t monitor_commands = CommandMailbox::kRoom;
   };
   explicit LoopChannels(const Room& room)
-      : monitor_orders(room.monitor_orders), records(room.records), watched(room.watched) {}
+      : monitor_commands(room.monitor_commands), records(room.records), watched(room.watched) {}
 
   base::NewestValue<SettingsOffer> settings;  // reload -> cycle
   // Settings from the files and gains from commands, without the operator's changes of the jacket;
   // cycle -> CurrentSettings
   base::NewestValue<LoopSettings> in_force;
-  OrderBox operator_orders;                   // operator <-> cycle
-  OrderBox master_orders;                     // Modbus master <-> cycle
-  OrderBox monitor_orders;                    // monitor <-> cycle
+  CommandMailbox operator_commands;           // operator <-> cycle
+  CommandMailbox master_commands;             // Modbus master <-> cycle
+  CommandMailbox monitor_commands;            // monitor <-> cycle
   base::SpscRing<record::RecordRow> records;  // cycle -> historian
   base::SpscRing<record::RecordRow> watched;  // cycle -> monitor
   // Availability for the next order, packed; cycle -> operator, Modbus server
-  std::atomic<std::uint8_t> standing{0};
+  std::atomic<std::uint8_t> availability{0};
   // Orders that were accepted, but refused when the cycle took them; cycle -> status
   std::atomic<std::uint32_t> orders_refused{0};
   // Settings for the next order of planned moves; monitor -> cycle

@@ -54,7 +54,7 @@ class AlarmRegistry {
   const std::string& name(std::size_t loop) const { return of(loop).name(); }
   std::int64_t now_ms() const { return utc_ms_(); }
 
-  OrderResult act(std::size_t loop, const AlarmOrder& order) { return of(loop).act(order); }
+  CommandResult act(std::size_t loop, const AlarmCommand& command) { return of(loop).act(command); }
   // Acknowledges all unacknowledged alarms of `kinds`, in all loops.
   Acknowledged acknowledge_all(std::span<const loopwarden::monitor::AlarmKind> kinds,
                                const std::string& peer, const std::string& reason);

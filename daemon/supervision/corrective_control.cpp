@@ -51,7 +51,7 @@ CorrectiveControl::CorrectiveControl(const model::CorrectiveSettings& settings,
     : channels_(channels),
       period_s_(period_s),
       alarms_(alarms),
-      action_(channels.orders != nullptr ? settings : model::CorrectiveSettings{}),
+      action_(channels.commands != nullptr ? settings : model::CorrectiveSettings{}),
       planned_(planned_moves_of(settings, channels, twin)),
       settings_seen_(channels.settings_taken != nullptr ? channels.settings_taken->load() : 0),
       started_ms_(alarms.now_ms()) {
@@ -60,13 +60,13 @@ CorrectiveControl::CorrectiveControl(const model::CorrectiveSettings& settings,
 
 void CorrectiveControl::attend() {
   if (action_.state() == model::CorrectiveState::off) return;
-  if (order_ != 0) {
-    if (const auto outcome = channels_.orders->outcome(order_)) {
-      order_ = 0;
+  if (command_ != 0) {
+    if (const auto outcome = channels_.commands->outcome(command_)) {
+      command_ = 0;
       if (!outcome->why.empty()) follow(action_.refused());
     }
   }
-  if (!channels_.orders->has_room()) return;
+  if (!channels_.commands->has_room()) return;
   if (channels_.settings_taken != nullptr) {
     const std::uint32_t taken = channels_.settings_taken->load(std::memory_order_acquire);
     if (taken != settings_seen_) follow(action_.reloaded());
@@ -78,7 +78,7 @@ void CorrectiveControl::attend() {
   const model::Veto veto = alarms_.veto();
   follow(
       action_.veto(commissioned && veto == model::Veto::none ? model::Veto::commissioning : veto));
-  if (planned_ && channels_.orders->has_room()) follow_explanation();
+  if (planned_ && channels_.commands->has_room()) follow_explanation();
 }
 
 void CorrectiveControl::follow_explanation() {
@@ -96,12 +96,12 @@ void CorrectiveControl::follow_explanation() {
     follow(action_.explained(!channels_.hardware || commission::known_well(*stick->stick)));
   }
   planned_->explained = stick;
-  if (!channels_.orders->has_room()) return;
-  if (alarms_.take_order()) follow(action_.ordered());
+  if (!channels_.commands->has_room()) return;
+  if (alarms_.take_begin_request()) follow(action_.ordered());
 }
 
 void CorrectiveControl::follow_moves(std::size_t cycles) {
-  if (!planned_ || order_ != 0 || !channels_.orders->has_room()) return;
+  if (!planned_ || command_ != 0 || !channels_.commands->has_room()) return;
   if (const std::optional<control::MovesState> state = channels_.moves->read()) {
     follow(action_.moves(*state, static_cast<double>(cycles) * period_s_));
   }
@@ -112,7 +112,7 @@ void CorrectiveControl::follow_step(const model::MonitorStep& step, bool raised)
   if (action_.state() == model::CorrectiveState::off) return;
   alarm_raised_ = alarm_raised_ || raised;
   // A loop that takes no orders does not run either. The action waits for a later window.
-  if (!channels_.orders->has_room()) return;
+  if (!channels_.commands->has_room()) return;
   // A loop that no longer cycles may move too little to be judged; its error is measured anyway.
   if (step.kind == model::MonitorStep::Kind::judged || step.state == State::not_enough_movement) {
     follow(action_.window(step.measures, alarms_.stiction_is_on(),
@@ -123,7 +123,7 @@ void CorrectiveControl::follow_step(const model::MonitorStep& step, bool raised)
 }
 
 void CorrectiveControl::close() {
-  if (channels_.orders != nullptr) channels_.orders->close();
+  if (channels_.commands != nullptr) channels_.commands->close();
 }
 
 void CorrectiveControl::follow(const model::CorrectiveStep& step) {
@@ -135,23 +135,23 @@ void CorrectiveControl::follow(const model::CorrectiveStep& step) {
     alarms_.post(std::move(lines.front()));
     return;
   }
-  const rt::Order order = order_of(step);
-  if (order.moves == rt::MovesWish::shadow) {
+  const rt::Command command = command_of(step);
+  if (command.moves == rt::MovesMode::shadow) {
     channels_.moves_settings->publish(*planned_->settings);
   }
-  order_ = channels_.orders->send(order, std::move(lines));
+  command_ = channels_.commands->send(command, std::move(lines));
 }
 
-rt::Order CorrectiveControl::order_of(const model::CorrectiveStep& step) const {
-  rt::Order order;
+rt::Command CorrectiveControl::command_of(const model::CorrectiveStep& step) const {
+  rt::Command command;
   if (!planned_) {
-    order.jacket = step.order == Order::on ? rt::JacketWish::on : rt::JacketWish::shadow;
+    command.jacket = step.order == Order::on ? rt::JacketMode::on : rt::JacketMode::shadow;
   } else if (step.order == Order::back) {
-    order.moves = rt::MovesWish::off;
+    command.moves = rt::MovesMode::off;
   } else {
-    order.moves = step.order == Order::on ? rt::MovesWish::on : rt::MovesWish::shadow;
+    command.moves = step.order == Order::on ? rt::MovesMode::on : rt::MovesMode::shadow;
   }
-  return order;
+  return command;
 }
 
 // The result of the line is known once the loop has answered the order.

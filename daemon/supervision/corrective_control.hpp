@@ -8,7 +8,7 @@
 #include <optional>
 
 #include "base/newest_value.hpp"
-#include "daemon/orders/order_desk.hpp"
+#include "daemon/commands/command_queue.hpp"
 #include "daemon/rt/planned_moves_status.hpp"
 #include "daemon/supervision/journaled_alarms.hpp"
 #include "model/monitor/corrective_action.hpp"
@@ -20,7 +20,7 @@ namespace loopwarden::daemon::supervision {
 // Access of the corrective action to its loop.
 struct CorrectiveChannels {
   // Queue for orders of jacket and planned moves. Null: the loop has no corrective action.
-  orders::OrderDesk* orders = nullptr;
+  commands::CommandQueue* commands = nullptr;
   const std::atomic<std::uint32_t>* settings_taken = nullptr;  // set if `orders` is set
   const std::atomic<bool>* commissioned = nullptr;             // set if `orders` is set
   // Set if the corrective action has planned moves.
@@ -61,7 +61,7 @@ class CorrectiveControl {
   void follow_explanation();
   void follow(const loopwarden::monitor::CorrectiveStep& step);
   journal::JournalEntry line_of(const loopwarden::monitor::CorrectiveStep& step) const;
-  rt::Order order_of(const loopwarden::monitor::CorrectiveStep& step) const;
+  rt::Command command_of(const loopwarden::monitor::CorrectiveStep& step) const;
 
   CorrectiveChannels channels_;
   double period_s_;
@@ -69,7 +69,7 @@ class CorrectiveControl {
   loopwarden::monitor::CorrectiveAction action_;
   std::optional<PlannedMoves> planned_;  // set if the corrective action has this form
   std::uint32_t settings_seen_;
-  std::uint64_t order_ = 0;    // newest order that waits for its answer; 0: no order
+  std::uint64_t command_ = 0;  // newest order that waits for its answer; 0: no order
   bool alarm_raised_ = false;  // the action has not been notified yet
   // Alarms that were raised earlier begin no planned moves without an operator.
   std::int64_t started_ms_;

@@ -296,7 +296,7 @@ JournaledAlarms::Sticks JournaledAlarms::sticks() const {
   return {true, holds ? newest : nullptr};
 }
 
-bool JournaledAlarms::take_order() {
+bool JournaledAlarms::take_begin_request() {
   const std::lock_guard lock(mutex_);
   return std::exchange(snapshot_.ordered, false);
 }

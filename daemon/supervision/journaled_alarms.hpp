@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "daemon/journal/journal.hpp"
-#include "daemon/supervision/alarm_order.hpp"
+#include "daemon/supervision/alarm_command.hpp"
 #include "daemon/supervision/alarm_snapshot.hpp"
 #include "daemon/supervision/explanation.hpp"
 #include "daemon/supervision/window_log.hpp"
@@ -37,7 +37,7 @@ struct ProcessNews {
   std::string why;
 };
 
-using AlarmOrder = OrderOf<loopwarden::monitor::AlarmKind>;
+using AlarmCommand = AlarmCommandOf<loopwarden::monitor::AlarmKind>;
 
 // The alarms, the incident and the explanations of one loop. Each change gets a line in the
 // journal, in the order of the changes. Any thread; no function waits for the disk: actions return
@@ -100,20 +100,20 @@ class JournaledAlarms {
   };
   Sticks sticks() const;
   // Returns true once after an operator began the offered action.
-  bool take_order();
+  bool take_begin_request();
   void set_corrective_state(loopwarden::monitor::CorrectiveState state);
 
   // --- operators ---
   // Refused if the loop has no corrective action. The supervisor obeys in its next turn.
-  OrderResult set_veto(loopwarden::monitor::Veto veto, const std::string& peer,
-                       const std::string& reason);
+  CommandResult set_veto(loopwarden::monitor::Veto veto, const std::string& peer,
+                         const std::string& reason);
   // Refused unless corrective action offers an action.
-  OrderResult begin_offered(const std::string& peer, const std::string& reason);
-  OrderResult act(const AlarmOrder& order);
+  CommandResult begin_offered(const std::string& peer, const std::string& reason);
+  CommandResult act(const AlarmCommand& command);
   // Acknowledges all alarms of incident `id`. Refused if the newest incident has another id, or if
   // no alarm of it is unacknowledged.
-  OrderResult acknowledge_incident(const std::string& id, const std::string& peer,
-                                   const std::string& reason);
+  CommandResult acknowledge_incident(const std::string& id, const std::string& peer,
+                                     const std::string& reason);
   // Acknowledges all unacknowledged alarms of `kinds` and adds them to `acknowledged`. Returns the
   // ticket of the journal's last line; 0 without a line.
   std::uint64_t acknowledge(std::span<const loopwarden::monitor::AlarmKind> kinds,
@@ -155,7 +155,7 @@ class JournaledAlarms {
   std::uint64_t follow_incident();
   std::uint64_t write_incident(const loopwarden::monitor::LoopIncident::Changes& changes);
   AlarmKinds raised_since(const Memories& before) const;
-  OrderResult act_locked(const AlarmOrder& order);
+  CommandResult act_locked(const AlarmCommand& command);
 
   std::string name_;
   std::string pv_unit_;

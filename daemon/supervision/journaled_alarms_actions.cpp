@@ -15,37 +15,37 @@ using journal::JournalEntry;
 using model::AlarmAction;
 using model::AlarmKind;
 
-OrderResult JournaledAlarms::act(const AlarmOrder& order) {
+CommandResult JournaledAlarms::act(const AlarmCommand& command) {
   const std::lock_guard lock(mutex_);
-  return act_locked(order);
+  return act_locked(command);
 }
 
-OrderResult JournaledAlarms::act_locked(const AlarmOrder& order) {
-  OrderResult result;
+CommandResult JournaledAlarms::act_locked(const AlarmCommand& command) {
+  CommandResult result;
   model::LoopAlarms& alarms = snapshot_.alarms;
-  if (!alarms.fitted(order.kind)) {
+  if (!alarms.fitted(command.kind)) {
     result.why =
-        fmt::format("{} has no alarm {}: its file gives none", name_, model::to_text(order.kind));
+        fmt::format("{} has no alarm {}: its file gives none", name_, model::to_text(command.kind));
     return result;
   }
   const std::int64_t now_ms = utc_ms_();
   const Memories before = memories();
-  const auto done = alarms.act(order.kind, order.action, now_ms, now_ms + order.shelve_ms);
-  const model::Alarm& alarm = alarms.alarm(order.kind);
+  const auto done = alarms.act(command.kind, command.action, now_ms, now_ms + command.shelve_ms);
+  const model::Alarm& alarm = alarms.alarm(command.kind);
   result.accepted = done.accepted;
-  if (!done.accepted) result.why = why_refused(order, name_, alarm);
+  if (!done.accepted) result.why = why_refused(command, name_, alarm);
   const std::uint64_t ordered =
-      journal_.post(line_of(order, name_, result, alarm.memory(), now_ms));
+      journal_.post(line_of(command, name_, result, alarm.memory(), now_ms));
   const std::uint64_t changed = write_down(before, done.transitions);
   if (result.accepted) result.ticket = std::max(ordered, changed);
   return result;
 }
 
-OrderResult JournaledAlarms::acknowledge_incident(const std::string& id, const std::string& peer,
-                                                  const std::string& reason) {
+CommandResult JournaledAlarms::acknowledge_incident(const std::string& id, const std::string& peer,
+                                                    const std::string& reason) {
   const std::lock_guard lock(mutex_);
   const model::Incident incident = snapshot_.incident.incident();
-  OrderResult done;
+  CommandResult done;
   if (!incident.there() || journal::incident_id(name_, incident) != id) {
     done.why = fmt::format("{} has no incident '{}'; its newest is {}", name_, id,
                            incident.there() ? journal::incident_id(name_, incident) : "none");
@@ -53,7 +53,7 @@ OrderResult JournaledAlarms::acknowledge_incident(const std::string& id, const s
   }
   for (const AlarmKind kind : model::kValveAlarms) {
     if (!incident.has(kind) || !snapshot_.alarms.alarm(kind).unacknowledged()) continue;
-    const OrderResult one = act_locked({kind, AlarmAction::acknowledge, 0, peer, reason});
+    const CommandResult one = act_locked({kind, AlarmAction::acknowledge, 0, peer, reason});
     done.accepted = done.accepted || one.accepted;
     done.ticket = std::max(done.ticket, one.ticket);
   }
@@ -68,7 +68,7 @@ std::uint64_t JournaledAlarms::acknowledge(std::span<const AlarmKind> kinds,
   std::uint64_t ticket = 0;
   for (const AlarmKind kind : kinds) {
     if (!snapshot_.alarms.alarm(kind).unacknowledged()) continue;
-    const OrderResult result = act_locked({kind, AlarmAction::acknowledge, 0, peer, reason});
+    const CommandResult result = act_locked({kind, AlarmAction::acknowledge, 0, peer, reason});
     if (!result.accepted) continue;
     acknowledged.push_back(kind);
     ticket = result.ticket;
@@ -76,9 +76,9 @@ std::uint64_t JournaledAlarms::acknowledge(std::span<const AlarmKind> kinds,
   return ticket;
 }
 
-OrderResult JournaledAlarms::set_veto(model::Veto veto, const std::string& peer,
-                                      const std::string& reason) {
-  OrderResult result;
+CommandResult JournaledAlarms::set_veto(model::Veto veto, const std::string& peer,
+                                        const std::string& reason) {
+  CommandResult result;
   const std::lock_guard lock(mutex_);
   // A Modbus master repeats its writes: no line without a change.
   if (snapshot_.veto == veto && snapshot_.corrective != model::CorrectiveState::off)
@@ -101,8 +101,8 @@ OrderResult JournaledAlarms::set_veto(model::Veto veto, const std::string& peer,
   return result;
 }
 
-OrderResult JournaledAlarms::begin_offered(const std::string& peer, const std::string& reason) {
-  OrderResult result;
+CommandResult JournaledAlarms::begin_offered(const std::string& peer, const std::string& reason) {
+  CommandResult result;
   const std::lock_guard lock(mutex_);
   result.accepted = snapshot_.corrective == model::CorrectiveState::offered;
   if (!result.accepted) {

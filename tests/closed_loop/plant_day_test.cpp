@@ -23,8 +23,8 @@
 namespace loopwarden::tests::plant_day_test {
 namespace {
 
-using daemon::rt::JacketWish;
-using daemon::rt::Order;
+using daemon::rt::Command;
+using daemon::rt::JacketMode;
 using daemon::supervision::AlarmRegistry;
 using daemon::supervision::Monitor;
 using monitor::AlarmAction;
@@ -61,7 +61,7 @@ class Plant {
          .rule = monitor::kAlarmRule,
          .process = {.normal_mode = monitor::NormalMode::automatic, .limits = {}},
          .corrective = corrective,
-         .channels = {.orders = &desk_}}};
+         .channels = {.commands = &desk_}}};
     monitor_ = std::make_unique<Monitor>(
         std::move(monitored), board_,
         [this](std::size_t, AlarmKind alarm, const monitor::LoopMonitor& watched_by,
@@ -132,10 +132,10 @@ class Plant {
     do {
       monitor_->round();
     } while (monitor_->status().backlog > 0);
-    Order order;
-    while (orders_.orders.try_pop(order)) {
+    Command order;
+    while (orders_.commands.try_pop(order)) {
       control::ControllerSettings settings = model_.controller;
-      settings.jacket.shadow = order.jacket != JacketWish::on;
+      settings.jacket.shadow = order.jacket != JacketMode::on;
       loop_.controller().configure(settings);
       orders_.answers.try_push({order.number, daemon::rt::Refusal::none});
     }
@@ -159,19 +159,19 @@ class Plant {
   plant::SimulatedLoop loop_;
   std::uint64_t period_ = 0;
   base::SpscRing<RecordRow> cycles_{1024};
-  daemon::rt::OrderBox orders_;
+  daemon::rt::CommandMailbox orders_;
   std::atomic<std::uint8_t> standing_{0};
   daemon::journal::Journal journal_{{.folder = folder_.path()}};
   daemon::EvidenceStore evidence_;
   AlarmRegistry board_{{{"FIC-101", 0.1}}, {}, journal_, [this] {
                          return kStart + static_cast<std::int64_t>(100 * period_);
                        }};
-  daemon::orders::OrderDesk desk_{
+  daemon::commands::CommandQueue desk_{
       orders_,
       standing_,
       {.write_down = [this](daemon::journal::JournalEntry line) { return journal_.post(line); },
-       .why = [](const daemon::rt::OrderAnswer& answer,
-                 const Order&) { return to_text(answer.refusal); }}};
+       .why = [](const daemon::rt::CommandAnswer& answer,
+                 const Command&) { return to_text(answer.refusal); }}};
   std::unique_ptr<Monitor> monitor_;
 };
 

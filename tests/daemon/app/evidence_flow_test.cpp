@@ -48,7 +48,7 @@ J
     return {config,
             specialists,
             {.loops = loops,
-             .board = board,
+             .alarms = board,
              .journal = journal,
              .config_hash = [] { return 1U; },
              .history = [this](std::size_t) { return &*history; },

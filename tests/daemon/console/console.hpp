@@ -86,10 +86,11 @@ struct Console {
     return json::parse(*told);
   }
   json ask_status(const std::string& line) { return json::parse(readers->answer(line)); }
-  std::vector<rt::Order> orders() {
-    std::vector<rt::Order> taken;
-    rt::Order order;
-    while (loops.front().channels->operator_orders.orders.try_pop(order)) taken.push_back(order);
+  std::vector<rt::Command> commands() {
+    std::vector<rt::Command> taken;
+    rt::Command order;
+    while (loops.front().channels->operator_commands.commands.try_pop(order))
+      taken.push_back(order);
     return taken;
   }
   // The loop's next cycles.

@@ -57,7 +57,7 @@ TEST_CASE("what is no request is refused with a reason, and nothing is ordered")
   const json answer = bench.ask(line);
   CHECK(answer.at("ok") == false);
   CHECK_FALSE(answer.at("error").get<std::string>().empty());
-  CHECK(bench.orders().empty());
+  CHECK(bench.commands().empty());
 }
 
 TEST_CASE("the status has the condition indices, null where one is not known") {
@@ -95,11 +95,11 @@ TEST_CASE("an order reaches the loop's mailbox as it was given") {
   Bench bench;
   CHECK(bench.ask(R"({"request": "set", "loop": "FIC-101", "set_point": 42.5, "mode": "auto"})")
             .at("ok") == true);
-  const auto orders = bench.orders();
-  REQUIRE(orders.size() == 1);
-  CHECK(orders[0].set_point == 42.5);
-  CHECK(orders[0].mode == control::Mode::automatic);
-  CHECK_FALSE(orders[0].output);
+  const auto commands = bench.commands();
+  REQUIRE(commands.size() == 1);
+  CHECK(commands[0].set_point == 42.5);
+  CHECK(commands[0].mode == control::Mode::automatic);
+  CHECK_FALSE(commands[0].output);
 }
 
 TEST_CASE("gains act from the next cycle on, and are said to be in no file until they are") {
@@ -196,7 +196,7 @@ TEST_CASE("gains that no file could have, or that may not be ordered, are refuse
   const json answer = bench.ask(tune.dump(), socket);
   CHECK(answer.at("ok") == false);
   CHECK_THAT(answer.at("error").get<std::string>(), Catch::Contains(why));
-  CHECK(bench.orders().empty());
+  CHECK(bench.commands().empty());
 }
 
 TEST_CASE("manual and an output in one request: both, in one cycle, and both are in the journal") {
@@ -234,7 +234,7 @@ TEST_CASE(
     INFO(request << "\n" << answer.dump());
     CHECK(answer.at("ok") == false);
     CHECK_THAT(answer.at("error").get<std::string>(), Catch::Contains(reason));
-    CHECK(bench.orders().empty());
+    CHECK(bench.commands().empty());
   };
   refused(R"({"request": "set", "loop": "FIC-101", "output": 60})",
           "in automatic the controller has the output");
@@ -275,7 +275,8 @@ TEST_CASE(
   const json sent = bench.ask(R"({"request": "set", "loop": "FIC-101", "output": 45})");
   CHECK(sent.at("ok") == true);
   // A master is faster.
-  bench.loops.front().channels->master_orders.orders.try_push({.mode = control::Mode::automatic});
+  bench.loops.front().channels->master_commands.commands.try_push(
+      {.mode = control::Mode::automatic});
   bench.run(1);
   const json outcome = bench.outcome(sent);
   CHECK(outcome.at("state") == "refused");
@@ -435,10 +436,10 @@ TEST_CASE("what corrective action offers is begun at the stiction alarm, and now
   CHECK(calm("stiction").value("error", "").find("offers nothing") != std::string::npos);
   bench.board.of(0).set_corrective_state(loopwarden::monitor::CorrectiveState::offered);
   CHECK(calm("backlash").at("ok") == false);
-  CHECK_FALSE(bench.board.of(0).take_order());
+  CHECK_FALSE(bench.board.of(0).take_begin_request());
   CHECK(calm("stiction").at("ok") == true);
-  CHECK(bench.board.of(0).take_order());
-  CHECK_FALSE(bench.board.of(0).take_order());
+  CHECK(bench.board.of(0).take_begin_request());
+  CHECK_FALSE(bench.board.of(0).take_begin_request());
 }
 
 TEST_CASE("an alarm is listed, acknowledged, shelved and explained, and the journal has it all") {
@@ -640,7 +641,7 @@ TEST_CASE("orders beyond the room of the mailbox are refused, and taken again af
   const auto set = [&] {
     return bench.ask(R"({"request": "set", "loop": "FIC-101", "set_point": 5, "mode": "auto"})");
   };
-  for (std::size_t i = 0; i < rt::OrderBox::kRoom; ++i) CHECK(set().at("ok") == true);
+  for (std::size_t i = 0; i < rt::CommandMailbox::kRoom; ++i) CHECK(set().at("ok") == true);
   CHECK_THAT(set().at("error").get<std::string>(), Catch::Contains("too many commands"));
   bench.run(1);
   CHECK(set().at("ok") == true);

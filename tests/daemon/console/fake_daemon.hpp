@@ -58,7 +58,7 @@ class FakeDaemon final : public daemon::console::DaemonInfo, public daemon::cons
   std::optional<protocol::ReloadState> reload_state(std::uint64_t) const override {
     return protocol::ReloadState{"reading"};
   }
-  bool order_kept(std::size_t) const override { return true; }
+  bool command_kept(std::size_t) const override { return true; }
 
  private:
   std::filesystem::path folder_;
@@ -69,7 +69,7 @@ template <class Bench>
 daemon::console::Plant plant_of(Bench& bench) {
   return {.loops = bench.loops,
           .historian = bench.historian,
-          .board = bench.board,
+          .alarms = bench.board,
           .box_alarms = bench.box_alarms,
           .severe_percent = 10.0};
 }

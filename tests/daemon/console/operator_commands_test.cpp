@@ -66,12 +66,12 @@ TEST_CASE("a loop that is commissioned obeys who has the session, and nobody els
   json set{{"request", "set"}, {"set_point", 42.0}};
   CHECK(bench.order(set).at("error").get<std::string>().find("out of service") !=
         std::string::npos);
-  CHECK(bench.orders().empty());
+  CHECK(bench.commands().empty());
   set["session"] = taken.at("session").get<std::uint64_t>() + 1;
   CHECK(bench.order(set).at("ok") == false);
   set["session"] = taken.at("session");
   CHECK(bench.order(set).at("ok") == true);
-  CHECK(bench.orders().size() == 1);
+  CHECK(bench.commands().size() == 1);
 
   // Masters may write nothing meanwhile.
   console::PlantReadings readings(bench.plant(), bench.daemon);
@@ -101,7 +101,7 @@ TEST_CASE("anybody takes a loop that is commissioned back by manual, and nothing
   bench.run(1);
   bench.operators.collect();
   CHECK_FALSE(bench.loops[0].channels->commissioned);
-  CHECK(rt::unpacked(bench.loops[0].channels->standing).mode == control::Mode::manual);
+  CHECK(rt::unpacked(bench.loops[0].channels->availability).mode == control::Mode::manual);
   CHECK(bench.commission({{"session", taken.at("session")}}).at("ok") == false);
 }
 
@@ -147,7 +147,7 @@ TEST_CASE("a refused order leaves a commissioning as it was") {
   bench.run(2);
   bench.operators.collect();
   CHECK(bench.loops[0].channels->commissioned);
-  CHECK(rt::unpacked(bench.loops[0].channels->standing).mode == control::Mode::automatic);
+  CHECK(rt::unpacked(bench.loops[0].channels->availability).mode == control::Mode::automatic);
   CHECK(bench.commission({{"session", taken.at("session")}}).at("ok") == true);
 }
 
@@ -198,7 +198,7 @@ TEST_CASE("commands are not withheld while an order for automatic is on its way"
   CHECK(bench.commission({{"session", session}, {"withhold_s", 30.0}}).at("ok") == false);
   CHECK(bench.loops[0].channels->withheld_until_ns == 0);
   bench.run(1);
-  CHECK(rt::unpacked(bench.loops[0].channels->standing).mode == control::Mode::automatic);
+  CHECK(rt::unpacked(bench.loops[0].channels->availability).mode == control::Mode::automatic);
 }
 
 TEST_CASE("without a sign of life for a minute the output goes to the stop action") {
@@ -209,7 +209,7 @@ TEST_CASE("without a sign of life for a minute the output goes to the stop actio
   bench.stop_action(value ? control::OutputAction::go_to(20.0) : control::OutputAction::hold());
   const json taken = bench.commission();
   bench.operators.collect(later(59));
-  CHECK(bench.orders().empty());
+  CHECK(bench.commands().empty());
   CHECK(bench.loops[0].channels->commissioned);
   bench.operators.collect(later(62));
   // Who had it has it no more; the loop is given back once its cycle has taken the stop action.
@@ -221,11 +221,11 @@ TEST_CASE("without a sign of life for a minute the output goes to the stop actio
   bench.operators.collect(later(62));
   CHECK_FALSE(bench.loops[0].channels->commissioned);
   CHECK(bench.commissioning().is_null());
-  CHECK(rt::unpacked(bench.loops[0].channels->standing).mode == control::Mode::manual);
+  CHECK(rt::unpacked(bench.loops[0].channels->availability).mode == control::Mode::manual);
   bench.run(20);
   CHECK(bench.io().written == Approx(value ? 20.0 : stood));
   bench.operators.collect(later(130));
-  CHECK(bench.orders().empty());
+  CHECK(bench.commands().empty());
 }
 
 TEST_CASE("a record ends with the commissioning in which it began, and after its time") {
@@ -289,7 +289,7 @@ TEST_CASE("a stop action that is refused is tried again, and the loop is not giv
     bench.run(1);
     CHECK(bench.loops[0].channels->commissioned);
   }
-  CHECK(rt::unpacked(bench.loops[0].channels->standing).mode == control::Mode::manual);
+  CHECK(rt::unpacked(bench.loops[0].channels->availability).mode == control::Mode::manual);
   CHECK(bench.order({{"request", "set"}, {"set_point", 42.0}}).at("ok") == false);
   bench.io().set_pv(50.0);
   bench.run(20);
@@ -310,7 +310,7 @@ TEST_CASE("a master's manual ends a commissioning as a person's does") {
   CHECK(gateway.read_only(0));
   journal::JournalEntry line;
   line.peer = "10.0.0.9";
-  gateway.order(0, {.mode = control::Mode::manual, .ends_commissioning = true}, {line});
+  gateway.send(0, {.mode = control::Mode::manual, .ends_commissioning = true}, {line});
   CHECK(gateway.read_only(0));  // its cycle has not taken it yet
   bench.run(1);
   gateway.collect_answers();

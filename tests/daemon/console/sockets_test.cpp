@@ -89,7 +89,7 @@ TEST_CASE("status.sock reads, and orders nothing", "[console][sockets]") {
   CHECK_THAT(error_of(bench.ask_status(kSet)), Catch::Contains("page.sock and edge.sock"));
   CHECK_THAT(error_of(bench.ask_status(kRecord)), Catch::Contains("control.sock alone"));
   CHECK_THAT(error_of(bench.ask_status(R"({"request": "dance"})")), Catch::Contains("unknown"));
-  CHECK(bench.orders().empty());
+  CHECK(bench.commands().empty());
 }
 
 TEST_CASE("page.sock and edge.sock order what is allowed there, and read nothing",
@@ -114,10 +114,10 @@ TEST_CASE("page.sock and edge.sock order what is allowed there, and read nothing
   const std::string name = to_text(socket);
   if (control) {
     CHECK(bench.ask(kSet, socket).at("ok") == true);
-    CHECK(bench.orders().size() == 1);
+    CHECK(bench.commands().size() == 1);
   } else {
     CHECK_THAT(error_of(bench.ask(kSet, socket)), Catch::Contains(name + ": {control: true}"));
-    CHECK(bench.orders().empty());
+    CHECK(bench.commands().empty());
   }
   if (alarms) {
     CHECK(bench.ask(kAcknowledge, socket).at("ok") == true);
@@ -242,7 +242,7 @@ TEST_CASE("names that could pass for something else are refused", "[console][soc
                json(std::string("a\0b", 3)), json(7), json(nullptr), json::array());
   INFO(key << " " << name.dump());
   error_of(bench.ask(with(kSet, {{key, name}}), SocketName::page));
-  CHECK(bench.orders().empty());
+  CHECK(bench.commands().empty());
   CHECK(bench.ask(R"({"request": "journal"})").at("lines").empty());
 }
 
@@ -252,7 +252,7 @@ TEST_CASE("on control.sock nobody speaks for others", "[console][sockets]") {
   CHECK_THAT(error_of(bench.ask(with(kSet, {{"user", "anna"}}))), Catch::Contains("page.sock"));
   CHECK_THAT(error_of(bench.ask(with(kAcknowledge, {{"address", "10.0.0.5"}}))),
              Catch::Contains("page.sock"));
-  CHECK(bench.orders().empty());
+  CHECK(bench.commands().empty());
 }
 
 TEST_CASE("an order holds only for what its sender has seen", "[console][sockets][expect]") {
@@ -330,7 +330,7 @@ TEST_CASE("what another orders in between counts, and not what was so when it wa
   const json sent = bench.ask(with(kSet, {{"expect", {{"set_point", 50}}}}), SocketName::page);
   REQUIRE(sent.at("ok") == true);
   // A master's order is taken first in the same cycle.
-  bench.loops.front().channels->master_orders.orders.try_push({.set_point = 55.0});
+  bench.loops.front().channels->master_commands.commands.try_push({.set_point = 55.0});
   bench.run(1);
   CHECK(bench.outcome(sent).at("why") == "the set point is 55 by now, 50 was expected");
   CHECK(bench.loops.front().channels->set_point_wanted == 55.0);
@@ -349,7 +349,7 @@ TEST_CASE("a request that is all brackets is refused, and takes no thread's stac
   for (std::size_t i = 0; i < levels; ++i) deep += close;
   deep += '}';
   CHECK_THAT(error_of(bench.ask(deep, SocketName::page)), Catch::Contains("at most 8 levels"));
-  CHECK(bench.orders().empty());
+  CHECK(bench.commands().empty());
 }
 
 TEST_CASE("expectations that can't be understood are refused", "[console][sockets][expect]") {
@@ -359,7 +359,7 @@ TEST_CASE("expectations that can't be understood are refused", "[console][socket
       GENERATE(json(5), json::array(), json{{"set_point", "50"}}, json{{"setpoint", 50}},
                json{{"mode", "cascade"}}, json{{"set_point", nullptr}});
   error_of(bench.ask(with(kSet, {{"expect", expect}}), SocketName::page));
-  CHECK(bench.orders().empty());
+  CHECK(bench.commands().empty());
 }
 
 TEST_CASE("page.sock and edge.sock are there only where something is allowed",

@@ -102,7 +102,7 @@ TEST_CASE("while an acknowledgement waits for a slow disk, heartbeats are taken"
   bench.rounds(1);
   CHECK(operators.received() == kAcknowledgeAll);
   CHECK_FALSE(bench.lost());
-  CHECK(bench.loops.orders.empty());
+  CHECK(bench.loops.commands.empty());
 }
 
 TEST_CASE("a disk that does not answer keeps an acknowledgement for 250 ms, and only once",
@@ -134,7 +134,7 @@ TEST_CASE("a round that was held up judges no heartbeat", "[gateway]") {
   bench.rounds(3);
   CHECK(leader.received().size() == 2 * heartbeat(1).size());
   CHECK_FALSE(bench.lost());
-  CHECK(bench.loops.orders.empty());
+  CHECK(bench.loops.commands.empty());
   // The leader falls silent for good. Loops that another controller has are none of his.
   bench.loops.watched = {58, 59};
   bench.loops.on_action = {};
@@ -142,7 +142,7 @@ TEST_CASE("a round that was held up judges no heartbeat", "[gateway]") {
   CHECK_FALSE(bench.lost());
   bench.rounds(2, 0.1);
   CHECK(bench.lost());
-  CHECK(bench.loops.orders.size() == 58);
+  CHECK(bench.loops.commands.size() == 58);
 }
 
 }  // namespace loopwarden::daemon::gateway::gateway_test

@@ -81,7 +81,7 @@ struct Bench {
     journal.open();
     journal.start();
     board = std::make_unique<AlarmRegistry>(names, model::AlarmSettings{}, journal,
-                                         [this] { return now_ms; });
+                                            [this] { return now_ms; });
     make_monitor();
   }
   // `corrective`: of the first loop.
@@ -95,7 +95,7 @@ struct Bench {
     }
     monitored.front().process = process;
     monitored.front().corrective = corrective;
-    monitored.front().channels.orders = &desk;
+    monitored.front().channels.commands = &desk;
     monitored.front().channels.settings_taken = &settings_taken;
     if (corrective.form == model::CorrectiveForm::planned_moves) {
       monitored.front().twin = &twin;
@@ -162,9 +162,9 @@ struct Bench {
   }
 
   // The loop takes the order that has been given, which is this.
-  void answer(rt::MovesWish wish) {
-    rt::Order order;
-    REQUIRE(box.orders.try_pop(order));
+  void answer(rt::MovesMode wish) {
+    rt::Command order;
+    REQUIRE(box.commands.try_pop(order));
     CHECK(order.moves == wish);
     CHECK_FALSE(order.jacket);
     box.answers.try_push({order.number, rt::Refusal::none});
@@ -180,18 +180,18 @@ struct Bench {
   std::vector<std::unique_ptr<ScriptedJudge>> judges;
   std::vector<std::uint64_t> next;
   // Of the first loop.
-  rt::OrderBox box;
-  std::atomic<std::uint8_t> standing{0};
+  rt::CommandMailbox box;
+  std::atomic<std::uint8_t> availability{0};
   std::atomic<std::uint32_t> settings_taken{0};
   plant::LoopModel twin;
   base::NewestValue<control::PlannedMovesSettings> moves_settings;
   rt::PlannedMovesStatus moves;
-  orders::OrderDesk desk{
+  commands::CommandQueue desk{
       box,
-      standing,
+      availability,
       {.write_down = [this](journal::JournalEntry line) { return journal.post(std::move(line)); },
-       .why = [](const rt::OrderAnswer& answer,
-                 const rt::Order&) { return rt::to_text(answer.refusal); }}};
+       .why = [](const rt::CommandAnswer& answer,
+                 const rt::Command&) { return rt::to_text(answer.refusal); }}};
   std::unique_ptr<AlarmRegistry> board;
   std::unique_ptr<Monitor> monitor;
 };
@@ -258,7 +258,8 @@ TEST_CASE("a fault in enough windows is an alarm, and goes when the valve is rep
   CHECK(bench.state(AlarmKind::stiction) == AlarmState::normal);  // one window is none
   bench.run(kWindow);
   CHECK(bench.state(AlarmKind::stiction) == AlarmState::unacknowledged);
-  CHECK(bench.board->snapshot(0).alarms.alarm(AlarmKind::stiction).memory().severity_percent == 6.0);
+  CHECK(bench.board->snapshot(0).alarms.alarm(AlarmKind::stiction).memory().severity_percent ==
+        6.0);
   REQUIRE(bench.board->act(0, {AlarmKind::stiction, model::AlarmAction::acknowledge, 0, "me", {}})
               .accepted);
   bench.judges[0]->says = {};
@@ -334,10 +335,9 @@ TEST_CASE("a limit that PV passes is told with both; a deviation rests in manual
   bench.process.limits.at(AlarmKind::deviation) = {5.0, 0.5};
   bench.monitor.reset();
   bench.board = std::make_unique<AlarmRegistry>(
-      std::vector<SupervisedLoop>{
-          {.name = "FIC-101",
-           .fitted = {AlarmKind::pv_high, AlarmKind::deviation},
-           .priority = {{AlarmKind::pv_high, model::Priority::critical}}}},
+      std::vector<SupervisedLoop>{{.name = "FIC-101",
+                                   .fitted = {AlarmKind::pv_high, AlarmKind::deviation},
+                                   .priority = {{AlarmKind::pv_high, model::Priority::critical}}}},
       model::AlarmSettings{}, bench.journal, [&] { return bench.now_ms; });
   bench.make_monitor();
   const auto high = [](RecordRow& row) {
@@ -551,7 +551,9 @@ TEST_CASE("all alarms that wait are acknowledged at once, no other, and nobody w
 TEST_CASE("what one change raises is one incident: told, acknowledged, and known after a restart",
           "[monitor][incident]") {
   Bench bench;
-  const auto incident = [&](const AlarmRegistry& board) { return board.snapshot(0).incident.incident(); };
+  const auto incident = [&](const AlarmRegistry& board) {
+    return board.snapshot(0).incident.incident();
+  };
   bench.judges[0]->says = fault(AlarmKind::stiction, 5.0);
   bench.run(2 * kWindow);
   model::AlarmConditions twin{};
@@ -565,7 +567,7 @@ TEST_CASE("what one change raises is one incident: told, acknowledged, and known
 
   CHECK_THAT(bench.board->of(0).acknowledge_incident("FIC-101-20260101T000000Z", "me", {}).why,
              Catch::Contains(id));
-  const OrderResult done = bench.board->of(0).acknowledge_incident(id, "me", "seen");
+  const CommandResult done = bench.board->of(0).acknowledge_incident(id, "me", "seen");
   REQUIRE(done.accepted);
   CHECK(bench.state(AlarmKind::stiction) == AlarmState::acknowledged);
   CHECK(bench.state(AlarmKind::model_gap) == AlarmState::acknowledged);
@@ -669,10 +671,10 @@ TEST_CASE("corrective action: journalled as the loop answers, and given up where
   bench.judges[0]->says = fault(AlarmKind::stiction, 6.0);
   bench.run((2 + model::kBaseline) * kWindow);
   REQUIRE(corrective() == model::CorrectiveState::trying);
-  rt::OrderBox& box = bench.box;
-  rt::Order order;
-  REQUIRE(box.orders.try_pop(order));
-  CHECK(order.jacket == rt::JacketWish::on);
+  rt::CommandMailbox& box = bench.box;
+  rt::Command order;
+  REQUIRE(box.commands.try_pop(order));
+  CHECK(order.jacket == rt::JacketMode::on);
   CHECK(written().empty());  // nobody knows yet what came of it
 
   SECTION("refused: a reload has taken the jacket away") {
@@ -683,9 +685,9 @@ TEST_CASE("corrective action: journalled as the loop answers, and given up where
           std::vector<std::string>{
               "jacket on: waiting > trying: refused: the loop has no jacket configured",
               "corrective action: trying > given up: done"});
-    CHECK_FALSE(box.orders.try_pop(order));
+    CHECK_FALSE(box.commands.try_pop(order));
     bench.run(2 * model::kBaseline * kWindow);
-    CHECK_FALSE(box.orders.try_pop(order));  // not again for this alarm
+    CHECK_FALSE(box.commands.try_pop(order));  // not again for this alarm
   }
   SECTION("done") {
     box.answers.try_push({order.number, rt::Refusal::none});
@@ -701,18 +703,18 @@ TEST_CASE("corrective action: journalled as the loop answers, and given up where
     bench.monitor->round();
     CHECK(corrective() == model::CorrectiveState::waiting);
     if (!answered) box.answers.try_push({order.number, rt::Refusal::none});
-    REQUIRE(box.orders.try_pop(order));
-    CHECK(order.jacket == rt::JacketWish::shadow);
+    REQUIRE(box.commands.try_pop(order));
+    CHECK(order.jacket == rt::JacketMode::shadow);
     box.answers.try_push({order.number, rt::Refusal::none});
     bench.monitor->round();
     CHECK(written() == std::vector<std::string>{"jacket on: waiting > trying: done",
                                                 "jacket back to shadow: trying > waiting: done"});
     // The valve sticks still: once more, from a baseline of its own.
     bench.run((model::kBaseline - 1) * kWindow);
-    CHECK_FALSE(box.orders.try_pop(order));
+    CHECK_FALSE(box.commands.try_pop(order));
     bench.run(kWindow);
-    REQUIRE(box.orders.try_pop(order));
-    CHECK(order.jacket == rt::JacketWish::on);
+    REQUIRE(box.commands.try_pop(order));
+    CHECK(order.jacket == rt::JacketMode::on);
   }
   SECTION("the loop ends before it answers") {
     bench.monitor->stop();
@@ -728,7 +730,7 @@ TEST_CASE("planned moves: from the explained alarm through a shadow to a loop th
   const bool on_order = GENERATE(false, true);
   bench.make_monitor(planned_moves(on_order));
   const auto corrective = [&] { return bench.board->snapshot(0).corrective; };
-  rt::Order order;
+  rt::Command order;
   bench.judges[0]->says = fault(AlarmKind::stiction, 6.0);
   bench.run(3 * kWindow);
   CHECK(corrective() == model::CorrectiveState::waiting);
@@ -739,11 +741,11 @@ TEST_CASE("planned moves: from the explained alarm through a shadow to a loop th
   bench.run(kWindow);
   if (on_order) {
     CHECK(corrective() == model::CorrectiveState::offered);
-    CHECK_FALSE(bench.box.orders.try_pop(order));
+    CHECK_FALSE(bench.box.commands.try_pop(order));
     CHECK(bench.board->of(0).begin_offered("anna", "until the shutdown").accepted);
     bench.monitor->round();
   }
-  bench.answer(rt::MovesWish::shadow);
+  bench.answer(rt::MovesMode::shadow);
   CHECK(corrective() == model::CorrectiveState::in_shadow);
   const control::PlannedMovesSettings settings = bench.moves_settings.newest();
   CHECK(settings.gain == bench.twin.process.gain);
@@ -753,7 +755,7 @@ TEST_CASE("planned moves: from the explained alarm through a shadow to a loop th
 
   bench.moves.publish({.phase = control::MovePhase::resting, .gain = 0.25, .shadow = true});
   bench.run(7 * kWindow);  // 673 s
-  bench.answer(rt::MovesWish::on);
+  bench.answer(rt::MovesMode::on);
   CHECK(corrective() == model::CorrectiveState::trying);
 
   // The windows no longer show the valve: the alarm stays all the same.
@@ -769,13 +771,13 @@ TEST_CASE("planned moves: from the explained alarm through a shadow to a loop th
                        .reason = control::GivenBack::valve_follows,
                        .for_good = true});
   bench.run(1);
-  bench.answer(rt::MovesWish::off);
+  bench.answer(rt::MovesMode::off);
   CHECK(corrective() == model::CorrectiveState::waiting);
   bench.moves.clear();
   bench.judges[0]->says.result = model::WindowJudgement::Result::no_fault;
   bench.run(3 * kWindow);
   CHECK_FALSE(bench.board->snapshot(0).alarms.alarm(AlarmKind::stiction).active());
-  CHECK_FALSE(bench.box.orders.try_pop(order));
+  CHECK_FALSE(bench.box.commands.try_pop(order));
 }
 
 TEST_CASE("what was explained of an alarm from before the start begins no planned moves",
@@ -790,8 +792,8 @@ TEST_CASE("what was explained of an alarm from before the start begins no planne
   // As the daemon does once all is made.
   bench.board->of(0).restore(e);
   bench.run(3 * kWindow);
-  rt::Order order;
-  CHECK_FALSE(bench.box.orders.try_pop(order));
+  rt::Command order;
+  CHECK_FALSE(bench.box.commands.try_pop(order));
   CHECK(bench.board->snapshot(0).corrective ==
         (on_order ? model::CorrectiveState::offered : model::CorrectiveState::waiting));
 }
@@ -816,7 +818,7 @@ TEST_CASE("a clock that is set back changes no name and holds up no planned move
   bench.board->of(0).explained(e);
   CHECK(bench.board->snapshot(0).incident.incident().name == "stiction");
   bench.run(kWindow);
-  bench.answer(rt::MovesWish::shadow);
+  bench.answer(rt::MovesMode::shadow);
   CHECK(bench.board->snapshot(0).corrective == model::CorrectiveState::in_shadow);
 }
 
@@ -825,7 +827,7 @@ TEST_CASE("planned moves go by the newest explanation of the incident", "[monito
   const bool on_order = GENERATE(false, true);
   bench.make_monitor(planned_moves(on_order));
   const auto corrective = [&] { return bench.board->snapshot(0).corrective; };
-  rt::Order order;
+  rt::Command order;
   bench.judges[0]->says = fault(AlarmKind::stiction, 6.0);
   bench.run(3 * kWindow);
   Explanation earlier = explained_at(bench.now_ms);
@@ -851,22 +853,22 @@ TEST_CASE("planned moves go by the newest explanation of the incident", "[monito
     bench.monitor->round();
     CHECK(corrective() == model::CorrectiveState::waiting);
     CHECK_FALSE(bench.board->of(0).begin_offered("anna", "").accepted);
-    CHECK_FALSE(bench.box.orders.try_pop(order));
+    CHECK_FALSE(bench.box.commands.try_pop(order));
     return;
   }
-  bench.answer(rt::MovesWish::shadow);
+  bench.answer(rt::MovesMode::shadow);
   CHECK(bench.moves_settings.newest().s == 0.8);
   // Anew, while they are in shadow.
   e.stick->s = 0.7;
   bench.board->of(0).explained(e);
   bench.monitor->round();
-  bench.answer(rt::MovesWish::shadow);
+  bench.answer(rt::MovesMode::shadow);
   CHECK(bench.moves_settings.newest().s == 0.7);
   bench.monitor->round();
-  CHECK_FALSE(bench.box.orders.try_pop(order));
+  CHECK_FALSE(bench.box.commands.try_pop(order));
   bench.board->of(0).explained(other);
   bench.monitor->round();
-  bench.answer(rt::MovesWish::off);
+  bench.answer(rt::MovesMode::off);
   CHECK(corrective() == model::CorrectiveState::waiting);
 }
 
@@ -880,12 +882,12 @@ TEST_CASE("planned moves stay in shadow on hardware where s is known too roughly
   e.stick->s_interval = {0.4, 0.9};
   bench.board->of(0).explained(e);
   bench.run(kWindow);
-  bench.answer(rt::MovesWish::shadow);
+  bench.answer(rt::MovesMode::shadow);
   bench.moves.publish({.phase = control::MovePhase::resting, .gain = 0.25, .shadow = true});
   bench.run(10 * kWindow);
   CHECK(bench.board->snapshot(0).corrective == model::CorrectiveState::in_shadow);
-  rt::Order order;
-  CHECK_FALSE(bench.box.orders.try_pop(order));
+  rt::Command order;
+  CHECK_FALSE(bench.box.commands.try_pop(order));
 }
 
 TEST_CASE("what the ring had no room for is counted and breaks the window", "[monitor]") {

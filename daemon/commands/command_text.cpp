@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "daemon/orders/order_text.hpp"
+#include "daemon/commands/command_text.hpp"
 
 #include <fmt/format.h>
 
@@ -7,29 +7,29 @@
 #include <optional>
 #include <string>
 
-namespace loopwarden::daemon::orders {
+namespace loopwarden::daemon::commands {
 
 std::string gains_text(const control::PidGains& gains) {
   return fmt::format("kp {} ki {} kd {}", gains.kp, gains.ki, gains.kd);
 }
 
-std::string why_refused(rt::Refusal refusal, const rt::Order& order,
+std::string why_refused(rt::Refusal refusal, const rt::Command& command,
                         const rt::LoopSettings& settings) {
   const auto limits = [](const char* what, double low, double high, double got) {
     return fmt::format("{} must be within {:g} to {:g} (got {:.9g})", what, low, high, got);
   };
   const control::ControllerSettings& controller = settings.controller;
-  if (refusal == rt::Refusal::set_point_out_of_limits && order.set_point) {
+  if (refusal == rt::Refusal::set_point_out_of_limits && command.set_point) {
     return limits("set point", controller.set_point.low, controller.set_point.high,
-                  *order.set_point);
+                  *command.set_point);
   }
-  if (refusal == rt::Refusal::output_out_of_limits && order.output) {
-    return limits("output", controller.output.low, controller.output.high, *order.output);
+  if (refusal == rt::Refusal::output_out_of_limits && command.output) {
+    return limits("output", controller.output.low, controller.output.high, *command.output);
   }
   return rt::to_text(refusal);
 }
 
-std::string why_refused(const rt::OrderAnswer& answer, const rt::Order& order,
+std::string why_refused(const rt::CommandAnswer& answer, const rt::Command& command,
                         const rt::LoopSettings& settings) {
   const auto text = [](double value) {
     return std::isfinite(value) ? fmt::format("{:.9g}", value) : std::string("not known");
@@ -38,7 +38,7 @@ std::string why_refused(const rt::OrderAnswer& answer, const rt::Order& order,
     return fmt::format("the {} is {} by now, {} was expected", what, text(now),
                        text(expected.value_or(now)));
   };
-  const rt::Expectation& expected = order.expected;
+  const rt::Expectation& expected = command.expected;
   switch (answer.refusal) {
     case rt::Refusal::mode_changed:
       return fmt::format("the mode is {} by now, {} was expected",
@@ -53,8 +53,8 @@ std::string why_refused(const rt::OrderAnswer& answer, const rt::Order& order,
           gains_text({answer.now.kp, answer.now.ki, answer.now.kd}),
           gains_text({expected.kp.value_or(answer.now.kp), expected.ki.value_or(answer.now.ki),
                       expected.kd.value_or(answer.now.kd)}));
-    default: return why_refused(answer.refusal, order, settings);
+    default: return why_refused(answer.refusal, command, settings);
   }
 }
 
-}  // namespace loopwarden::daemon::orders
+}  // namespace loopwarden::daemon::commands

@@ -15,7 +15,7 @@
 
 namespace loopwarden::daemon {
 
-struct LastOrder {
+struct LastCommand {
   control::Mode mode = control::Mode::manual;  // manual or automatic
   double set_point = 0.0;                      // PV units
   // Meaning of the set point.
@@ -24,28 +24,28 @@ struct LastOrder {
   bool commissioned = false;        // somebody commissioned the loop
   bool manual_after_fault = false;  // a fault was there that ends in manual
 
-  friend bool operator==(const LastOrder&, const LastOrder&) = default;
+  friend bool operator==(const LastCommand&, const LastCommand&) = default;
 };
 
-struct LastOrders {
-  std::map<std::string, LastOrder> loops;  // by tag
-  bool known = false;                      // there was a file, and it was sound
+struct LastCommands {
+  std::map<std::string, LastCommand> loops;  // by tag
+  bool known = false;                        // there was a file, and it was sound
   // Why a file that was there is not used; empty: it is, or there was none.
   std::string damaged;
 };
 
-std::string text_of(const std::map<std::string, LastOrder>& loops);
+std::string text_of(const std::map<std::string, LastCommand>& loops);
 // Throws std::runtime_error for a text that is damaged, or of another version.
-std::map<std::string, LastOrder> read_last_orders(std::string_view text);
+std::map<std::string, LastCommand> read_last_orders(std::string_view text);
 
-class LastOrdersFile {
+class LastCommandsFile {
  public:
-  explicit LastOrdersFile(std::filesystem::path path) : path_(std::move(path)) {}
+  explicit LastCommandsFile(std::filesystem::path path) : path_(std::move(path)) {}
 
   // A damaged file is kept as PATH.damaged.
-  LastOrders load() const;
+  LastCommands load() const;
   // Waits for the disk. Returns what failed; empty: nothing.
-  std::string save(const std::map<std::string, LastOrder>& loops) const;
+  std::string save(const std::map<std::string, LastCommand>& loops) const;
 
  private:
   std::filesystem::path path_;

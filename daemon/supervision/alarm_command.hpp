@@ -13,7 +13,7 @@
 namespace loopwarden::daemon::supervision {
 
 template <class Kind>
-struct OrderOf {
+struct AlarmCommandOf {
   Kind kind{};
   loopwarden::monitor::AlarmAction action = loopwarden::monitor::AlarmAction::acknowledge;
   std::int64_t shelve_ms = 0;  // for shelve
@@ -21,7 +21,7 @@ struct OrderOf {
   std::string reason;          // given by the sender; may be empty
 };
 
-struct OrderResult {
+struct CommandResult {
   bool accepted = false;
   std::string why;           // reason of a refusal
   std::uint64_t ticket = 0;  // of the journal's last line; 0 without a line
@@ -29,32 +29,32 @@ struct OrderResult {
 
 // Returns why the action does not fit the state of `alarm`.
 template <class Kind>
-std::string why_refused(const OrderOf<Kind>& order, const std::string& source,
+std::string why_refused(const AlarmCommandOf<Kind>& command, const std::string& source,
                         const loopwarden::monitor::Alarm& alarm) {
-  if (order.action == loopwarden::monitor::AlarmAction::shelve) {
+  if (command.action == loopwarden::monitor::AlarmAction::shelve) {
     return fmt::format("an alarm is shelved for at least a minute, and for {} min at most",
                        alarm.settings().shelve_limit_ms / 60'000);
   }
-  return fmt::format("alarm {} of {} is {}: nothing to {}", to_text(order.kind), source,
-                     to_text(alarm.state()), to_text(order.action));
+  return fmt::format("alarm {} of {} is {}: nothing to {}", to_text(command.kind), source,
+                     to_text(alarm.state()), to_text(command.action));
 }
 
 // Returns the journal line of an action. `memory`: state of the alarm after it.
 template <class Kind>
-journal::JournalEntry line_of(const OrderOf<Kind>& order, const std::string& source,
-                              const OrderResult& result,
+journal::JournalEntry line_of(const AlarmCommandOf<Kind>& command, const std::string& source,
+                              const CommandResult& result,
                               const loopwarden::monitor::AlarmMemory& memory, std::int64_t utc_ms) {
   journal::JournalEntry entry;
   entry.kind = journal::JournalEntry::Kind::operator_action;
   entry.utc_ms = utc_ms;
   entry.loop = source;
-  entry.alarm = to_text(order.kind);
-  entry.peer = order.peer;
-  entry.what = to_text(order.action);
-  if (order.action == loopwarden::monitor::AlarmAction::shelve) {
-    entry.new_value = fmt::format("{} min", order.shelve_ms / 60'000);
+  entry.alarm = to_text(command.kind);
+  entry.peer = command.peer;
+  entry.what = to_text(command.action);
+  if (command.action == loopwarden::monitor::AlarmAction::shelve) {
+    entry.new_value = fmt::format("{} min", command.shelve_ms / 60'000);
   }
-  entry.reason = order.reason;
+  entry.reason = command.reason;
   entry.result = result.accepted ? "done" : "refused: " + result.why;
   entry.memory = memory;
   return entry;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "daemon/rt/order.hpp"
+#include "daemon/rt/command.hpp"
 
 #include <cmath>
 
@@ -10,14 +10,14 @@ bool outside(const std::optional<double>& value, double low, double high) noexce
   return value && !(*value >= low && *value <= high);
 }
 
-Refusal judge_values(const Order& order, const control::ControllerSettings& limits) noexcept {
-  if (outside(order.set_point, limits.set_point.low, limits.set_point.high)) {
+Refusal judge_values(const Command& command, const control::ControllerSettings& limits) noexcept {
+  if (outside(command.set_point, limits.set_point.low, limits.set_point.high)) {
     return Refusal::set_point_out_of_limits;
   }
-  if (outside(order.output, limits.output.low, limits.output.high)) {
+  if (outside(command.output, limits.output.low, limits.output.high)) {
     return Refusal::output_out_of_limits;
   }
-  for (const std::optional<double>& gain : {order.kp, order.ki, order.kd}) {
+  for (const std::optional<double>& gain : {command.kp, command.ki, command.kd}) {
     if (gain && !(*gain >= 0.0 && std::isfinite(*gain))) return Refusal::gain_out_of_limits;
   }
   return Refusal::none;
@@ -25,34 +25,34 @@ Refusal judge_values(const Order& order, const control::ControllerSettings& limi
 
 }  // namespace
 
-Refusal judge(const Order& order, const Standing& standing, const LoopSettings& settings,
-              control::JacketForm jacket) noexcept {
+Refusal judge(const Command& command, const LoopAvailability& availability,
+              const LoopSettings& settings, control::JacketForm jacket) noexcept {
   using control::Mode;
-  const Refusal value = judge_values(order, settings.controller);
+  const Refusal value = judge_values(command, settings.controller);
   if (value != Refusal::none) return value;
-  if (order.jacket && jacket == control::JacketForm::off) return Refusal::no_jacket;
-  if (order.jacket == JacketWish::on && !settings.jacket_may_act) {
+  if (command.jacket && jacket == control::JacketForm::off) return Refusal::no_jacket;
+  if (command.jacket == JacketMode::on && !settings.jacket_may_act) {
     return Refusal::jacket_may_not_act;
   }
   const control::CompensatorSettings& compensator = settings.controller.compensator;
-  if (order.jacket == JacketWish::on && !compensator.shadow &&
+  if (command.jacket == JacketMode::on && !compensator.shadow &&
       compensator.kind != control::CompensatorKind::none) {
     return Refusal::compensator_acts;
   }
-  if (order.moves == MovesWish::on) {
+  if (command.moves == MovesMode::on) {
     if (!settings.moves_may_act) return Refusal::moves_may_not_act;
     const control::JacketSettings& in_force = settings.controller.jacket;
     if (in_force.form != control::JacketForm::off && !in_force.shadow) return Refusal::jacket_acts;
   }
-  const Mode mode = order.mode.value_or(standing.mode);
+  const Mode mode = command.mode.value_or(availability.mode);
   // A request for the mode in force changes no value and is always accepted.
-  if (mode == Mode::automatic && standing.mode != Mode::automatic) {
-    if (!standing.output_known) return Refusal::output_unknown;
-    if (standing.manual_after_fault) return Refusal::manual_after_fault;
+  if (mode == Mode::automatic && availability.mode != Mode::automatic) {
+    if (!availability.output_known) return Refusal::output_unknown;
+    if (availability.manual_after_fault) return Refusal::manual_after_fault;
   }
-  if (order.output && mode == Mode::automatic) return Refusal::output_in_automatic;
-  if (order.output && standing.output_in_fault) return Refusal::output_in_fault;
-  if (order.set_point && mode == Mode::manual && settings.controller.set_point_tracks_in_manual) {
+  if (command.output && mode == Mode::automatic) return Refusal::output_in_automatic;
+  if (command.output && availability.output_in_fault) return Refusal::output_in_fault;
+  if (command.set_point && mode == Mode::manual && settings.controller.set_point_tracks_in_manual) {
     return Refusal::set_point_tracks;
   }
   return Refusal::none;
@@ -62,27 +62,27 @@ bool is_same(double value, double is, double low, double high) noexcept {
   return std::abs(value - is) <= kSameShare * (high - low);
 }
 
-void leave_out_in_force(Order& order, const InForce& now, const Standing& standing,
+void leave_out_in_force(Command& command, const InForce& now, const LoopAvailability& availability,
                         const LoopSettings& settings) noexcept {
   using control::Mode;
   const control::PidSettings& pid = settings.controller.pid;
-  if (order.mode == now.mode) order.mode.reset();
-  const Mode mode = order.mode.value_or(now.mode);
-  if (order.set_point && order.mode != Mode::automatic &&
-      is_same(*order.set_point, now.set_point, settings.pv_check.low, settings.pv_check.high)) {
-    order.set_point.reset();
+  if (command.mode == now.mode) command.mode.reset();
+  const Mode mode = command.mode.value_or(now.mode);
+  if (command.set_point && command.mode != Mode::automatic &&
+      is_same(*command.set_point, now.set_point, settings.pv_check.low, settings.pv_check.high)) {
+    command.set_point.reset();
   }
-  if (order.output && mode == Mode::manual && !order.mode && !standing.output_in_fault &&
-      is_same(*order.output, now.output, pid.output_low, pid.output_high)) {
-    order.output.reset();
+  if (command.output && mode == Mode::manual && !command.mode && !availability.output_in_fault &&
+      is_same(*command.output, now.output, pid.output_low, pid.output_high)) {
+    command.output.reset();
   }
   const control::PidGains gains{.kp = now.kp, .ki = now.ki, .kd = now.kd};
   control::PidGains wanted = gains;
-  set_gains(order, wanted);
+  set_gains(command, wanted);
   if (wanted.kp == gains.kp && wanted.ki == gains.ki && wanted.kd == gains.kd) {
-    order.kp.reset();
-    order.ki.reset();
-    order.kd.reset();
+    command.kp.reset();
+    command.ki.reset();
+    command.kd.reset();
   }
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "daemon/loops/last_orders.hpp"
+#include "daemon/loops/last_commands.hpp"
 
 #include <fmt/format.h>
 
@@ -32,7 +32,7 @@ double finite(const json& number) {
   return value;
 }
 
-LastOrder order_of(const json& j) {
+LastCommand command_of(const json& j) {
   const auto mode = j.at("mode").get<std::string>();
   if (mode != "automatic" && mode != "manual") throw std::runtime_error("no mode " + mode);
   const json& range = j.at("pv_range");
@@ -46,15 +46,15 @@ LastOrder order_of(const json& j) {
 
 }  // namespace
 
-std::string text_of(const std::map<std::string, LastOrder>& loops) {
+std::string text_of(const std::map<std::string, LastCommand>& loops) {
   json all = json::object();
-  for (const auto& [tag, order] : loops) {
-    all[tag] = {{"mode", order.mode == Mode::automatic ? "automatic" : "manual"},
-                {"set_point", order.set_point},
-                {"pv_unit", order.pv_unit},
-                {"pv_range", {order.pv_range.first, order.pv_range.second}},
-                {"commissioned", order.commissioned},
-                {"manual_after_fault", order.manual_after_fault}};
+  for (const auto& [tag, command] : loops) {
+    all[tag] = {{"mode", command.mode == Mode::automatic ? "automatic" : "manual"},
+                {"set_point", command.set_point},
+                {"pv_unit", command.pv_unit},
+                {"pv_range", {command.pv_range.first, command.pv_range.second}},
+                {"commissioned", command.commissioned},
+                {"manual_after_fault", command.manual_after_fault}};
   }
   const std::string body = json{{"version", kVersion}, {"loops", std::move(all)}}.dump(
                                -1, ' ', false, json::error_handler_t::replace) +
@@ -62,7 +62,7 @@ std::string text_of(const std::map<std::string, LastOrder>& loops) {
   return checksum_line(body) + body;
 }
 
-std::map<std::string, LastOrder> read_last_orders(std::string_view text) {
+std::map<std::string, LastCommand> read_last_orders(std::string_view text) {
   if (text.size() < kChecksumLine) throw std::runtime_error("it is cut short");
   const std::string_view body = text.substr(kChecksumLine);
   if (text.substr(0, kChecksumLine) != checksum_line(body)) {
@@ -74,28 +74,28 @@ std::map<std::string, LastOrder> read_last_orders(std::string_view text) {
     throw std::runtime_error(
         fmt::format("it has version {}, this daemon reads version {}", version, kVersion));
   }
-  std::map<std::string, LastOrder> loops;
-  for (const auto& [tag, order] : j.at("loops").items()) loops[tag] = order_of(order);
+  std::map<std::string, LastCommand> loops;
+  for (const auto& [tag, command] : j.at("loops").items()) loops[tag] = command_of(command);
   return loops;
 }
 
-LastOrders LastOrdersFile::load() const {
-  LastOrders orders;
+LastCommands LastCommandsFile::load() const {
+  LastCommands commands;
   const std::optional<std::string> text = base::read_file(path_, kMostBytes);
-  if (!text && errno == ENOENT) return orders;
+  if (!text && errno == ENOENT) return commands;
   try {
     if (!text) throw std::runtime_error(base::error_text(errno));
-    orders.loops = read_last_orders(*text);
-    orders.known = true;
+    commands.loops = read_last_orders(*text);
+    commands.known = true;
   } catch (const std::exception& e) {
-    orders.damaged = fmt::format("{}: {}", path_.string(), e.what());
+    commands.damaged = fmt::format("{}: {}", path_.string(), e.what());
     std::error_code ignored;
     std::filesystem::rename(path_, path_.string() + ".damaged", ignored);
   }
-  return orders;
+  return commands;
 }
 
-std::string LastOrdersFile::save(const std::map<std::string, LastOrder>& loops) const {
+std::string LastCommandsFile::save(const std::map<std::string, LastCommand>& loops) const {
   const std::optional<base::FileError> error = base::replace_file(path_, text_of(loops));
   return error ? error->text() : std::string();
 }

@@ -17,9 +17,9 @@
 #include <vector>
 
 #include "daemon/journal/journal_entry.hpp"
-#include "daemon/rt/order.hpp"
+#include "daemon/rt/command.hpp"
 
-namespace loopwarden::daemon::orders {
+namespace loopwarden::daemon::commands {
 
 // What became of an order.
 struct Outcome {
@@ -31,32 +31,33 @@ struct Outcome {
   std::chrono::steady_clock::time_point answered{};
 };
 
-struct DeskEnds {
+struct CommandCallbacks {
   // Returns the journal's ticket.
   std::function<std::uint64_t(journal::JournalEntry)> write_down;
-  std::function<std::string(const rt::OrderAnswer&, const rt::Order&)> why;
+  std::function<std::string(const rt::CommandAnswer&, const rt::Command&)> why;
   // An order is in force; the first of its lines, before it is written.
-  std::function<void(const rt::Order&, const journal::JournalEntry&)> done{};
+  std::function<void(const rt::Command&, const journal::JournalEntry&)> done{};
 };
 
-class OrderDesk {
+class CommandQueue {
  public:
   static constexpr std::size_t kOutcomesKept = 64;
 
   // `standing` is the loop's, as LoopChannels has it.
-  OrderDesk(rt::OrderBox& box, const std::atomic<std::uint8_t>& standing, DeskEnds ends)
-      : box_(box), standing_(standing), ends_(std::move(ends)) {}
+  CommandQueue(rt::CommandMailbox& box, const std::atomic<std::uint8_t>& availability,
+               CommandCallbacks callbacks)
+      : box_(box), standing_(availability), callbacks_(std::move(callbacks)) {}
 
   // What the next order will find: the loop as it is, with this sender's orders that it has not taken yet.
-  rt::Standing standing();
+  rt::LoopAvailability availability();
   bool has_room();
   // Nothing is waited for. The lines are written when the answer is there, with its result. `has_room()`
   // must be true. Returns the order's number.
-  std::uint64_t send(rt::Order order, std::vector<journal::JournalEntry> lines);
+  std::uint64_t send(rt::Command command, std::vector<journal::JournalEntry> lines);
   // Orders on their way, oldest first.
   template <class Visit>
   void for_each_waiting(Visit visit) const {
-    for (const Waiting& waiting : waiting_) visit(waiting.order);
+    for (const Waiting& waiting : waiting_) visit(waiting.command);
   }
   bool waiting() const noexcept { return !waiting_.empty(); }
 
@@ -70,17 +71,17 @@ class OrderDesk {
 
  private:
   struct Waiting {
-    rt::Order order;
+    rt::Command command;
     std::vector<journal::JournalEntry> lines;
   };
   std::uint64_t write_down(std::vector<journal::JournalEntry>& lines, const std::string& result);
 
-  rt::OrderBox& box_;
+  rt::CommandMailbox& box_;
   const std::atomic<std::uint8_t>& standing_;
-  DeskEnds ends_;
+  CommandCallbacks callbacks_;
   std::uint64_t newest_ = 0;
   std::deque<Waiting> waiting_;
   std::deque<Outcome> outcomes_;
 };
 
-}  // namespace loopwarden::daemon::orders
+}  // namespace loopwarden::daemon::commands

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "daemon/loops/order_keeper.hpp"
+#include "daemon/loops/command_keeper.hpp"
 
 #include <catch2/catch.hpp>
 
@@ -34,7 +34,7 @@ struct Bench {
         rt::ValvePositionSource::none, plant::EffectChain{}, *io, *loop.channels, events);
     loop.io = std::move(io);
     loops.push_back(std::move(loop));
-    keeper.emplace(loops, file, LastOrders{});
+    keeper.emplace(loops, file, LastCommands{});
     run(2);
     REQUIRE(look(0.0));
   }
@@ -49,24 +49,24 @@ struct Bench {
       }
     }
   }
-  void order(const rt::Order& order) {
-    REQUIRE(loops[0].channels->master_orders.orders.try_push(order));
+  void order(const rt::Command& order) {
+    REQUIRE(loops[0].channels->master_commands.commands.try_push(order));
     run(1);
-    rt::OrderAnswer answer;
-    while (loops[0].channels->master_orders.answers.try_pop(answer)) {
+    rt::CommandAnswer answer;
+    while (loops[0].channels->master_commands.answers.try_pop(answer)) {
     }
   }
   bool look(double passed_s) {
     now_ns += static_cast<std::int64_t>(passed_s * 1e9);
     return keeper->look(now_ns);
   }
-  LastOrder on_disk() { return file.load().loops.at("FIC-101"); }
+  LastCommand on_disk() { return file.load().loops.at("FIC-101"); }
 
   TemporaryFolder folder;
-  LastOrdersFile file{folder / "last-orders.json"};
+  LastCommandsFile file{folder / "last-orders.json"};
   std::vector<LoopRuntime> loops;
   base::SpscRing<rt::Event> events{256};
-  std::optional<OrderKeeper> keeper;
+  std::optional<CommandKeeper> keeper;
   std::int64_t now_ns = 1'000'000'000;
   std::uint64_t period = 0;
 };
@@ -147,7 +147,7 @@ TEST_CASE("the orders to a loop that is out of service stay on the disk", "[rest
   unread.config.name = "fic-102";  // by its file, because the tag could not be read
   unread.config.io = config::OutOfService{.why = "loops.d/fic-102.yaml:1:1: error"};
   bench.loops.push_back(std::move(unread));
-  LastOrders begun = bench.file.load();
+  LastCommands begun = bench.file.load();
   begun.loops["FIC-102"] = begun.loops.at("FIC-101");
   bench.keeper.emplace(bench.loops, bench.file, begun);
   bench.order({.set_point = 72.0});
@@ -160,7 +160,7 @@ TEST_CASE("the orders to a loop that is out of service stay on the disk", "[rest
 
 TEST_CASE("the orders to a loop that is gone are forgotten", "[restart]") {
   Bench bench;
-  LastOrders begun = bench.file.load();
+  LastCommands begun = bench.file.load();
   begun.loops["FIC-999"] = begun.loops.at("FIC-101");
   REQUIRE(bench.file.save(begun.loops).empty());
   bench.keeper.emplace(bench.loops, bench.file, begun);
@@ -171,7 +171,7 @@ TEST_CASE("the orders to a loop that is gone are forgotten", "[restart]") {
 
 TEST_CASE("a disk that refuses is tried again, and the newest counts", "[restart]") {
   Bench bench;
-  bench.keeper.emplace(bench.loops, LastOrdersFile(bench.folder / "none/last-orders.json"),
+  bench.keeper.emplace(bench.loops, LastCommandsFile(bench.folder / "none/last-orders.json"),
                        bench.file.load());
   bench.order({.set_point = 72.0});
   CHECK_FALSE(bench.look(0.05));
@@ -180,9 +180,10 @@ TEST_CASE("a disk that refuses is tried again, and the newest counts", "[restart
   CHECK_FALSE(bench.look(0.05));
   bench.order({.set_point = 73.0});
   CHECK(bench.look(5.0));
-  CHECK(
-      LastOrdersFile(bench.folder / "none/last-orders.json").load().loops.at("FIC-101").set_point ==
-      73.0);
+  CHECK(LastCommandsFile(bench.folder / "none/last-orders.json")
+            .load()
+            .loops.at("FIC-101")
+            .set_point == 73.0);
 }
 
 }  // namespace loopwarden::tests::order_keeper_test

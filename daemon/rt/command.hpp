@@ -20,10 +20,10 @@
 
 namespace loopwarden::daemon::rt {
 
-enum class JacketWish : std::uint8_t { off, shadow, on };
+enum class JacketMode : std::uint8_t { off, shadow, on };
 // Planned moves instead of a compensator, for a loop without a compensator in its file. off: as in
 // the file.
-enum class MovesWish : std::uint8_t { off, shadow, on };
+enum class MovesMode : std::uint8_t { off, shadow, on };
 
 // Values that the sender of an order expects to be in force; values that are not given match any.
 struct Expectation {
@@ -34,10 +34,10 @@ struct Expectation {
 };
 inline constexpr double kOutputNotKnown = std::numeric_limits<double>::quiet_NaN();
 
-struct Order {
+struct Command {
   std::uint64_t number = 0;  // counted per sender from 1; repeated in the answer
-  std::optional<JacketWish> jacket{};
-  std::optional<MovesWish> moves{};  // with LoopChannels::moves_settings
+  std::optional<JacketMode> jacket{};
+  std::optional<MovesMode> moves{};  // with LoopChannels::moves_settings
   std::optional<double> kp{};  // of the parallel form, as the two below; until the next reload
   std::optional<double> ki{};
   std::optional<double> kd{};
@@ -54,7 +54,7 @@ struct Order {
     return !(jacket || moves || kp || ki || kd || mode || set_point || output);
   }
 };
-static_assert(std::is_trivially_copyable_v<Order>);
+static_assert(std::is_trivially_copyable_v<Command>);
 
 enum class Refusal : std::uint8_t {
   none,
@@ -125,21 +125,22 @@ constexpr bool is_out_of_limits(Refusal refusal) noexcept {
 }
 
 // State of a loop that decides whether it accepts an order.
-struct Standing {
+struct LoopAvailability {
   control::Mode mode = control::Mode::manual;  // requested: manual or automatic
   bool output_known = false;                   // the position of the output is valid
   bool output_in_fault = false;                // the action of a fault has the output
   bool manual_after_fault = false;             // the present fault ends in manual
 
-  friend bool operator==(const Standing&, const Standing&) = default;
+  friend bool operator==(const LoopAvailability&, const LoopAvailability&) = default;
 };
 // Converts to and from one number, for an atomic.
-constexpr std::uint8_t packed(const Standing& standing) noexcept {
-  return static_cast<std::uint8_t>(
-      (standing.mode == control::Mode::automatic ? 1U : 0U) | (standing.output_known ? 2U : 0U) |
-      (standing.output_in_fault ? 4U : 0U) | (standing.manual_after_fault ? 8U : 0U));
+constexpr std::uint8_t packed(const LoopAvailability& availability) noexcept {
+  return static_cast<std::uint8_t>((availability.mode == control::Mode::automatic ? 1U : 0U) |
+                                   (availability.output_known ? 2U : 0U) |
+                                   (availability.output_in_fault ? 4U : 0U) |
+                                   (availability.manual_after_fault ? 8U : 0U));
 }
-constexpr Standing unpacked(std::uint8_t bits) noexcept {
+constexpr LoopAvailability unpacked(std::uint8_t bits) noexcept {
   return {.mode = (bits & 1U) != 0 ? control::Mode::automatic : control::Mode::manual,
           .output_known = (bits & 2U) != 0,
           .output_in_fault = (bits & 4U) != 0,
@@ -147,8 +148,8 @@ constexpr Standing unpacked(std::uint8_t bits) noexcept {
 }
 
 // Returns the reason of a refusal. `jacket`: the form in the loop's file.
-Refusal judge(const Order& order, const Standing& standing, const LoopSettings& settings,
-              control::JacketForm jacket) noexcept;
+Refusal judge(const Command& command, const LoopAvailability& availability,
+              const LoopSettings& settings, control::JacketForm jacket) noexcept;
 
 // Values in force when the cycle takes an order.
 struct InForce {
@@ -172,17 +173,17 @@ bool is_same(double value, double is, double low, double high) noexcept;
 // Removes the parts of an order that request the value in force. `now` and `standing` are those
 // that the order will meet. Two parts stay, because only the new mode keeps them in force: the set
 // point on a change to automatic, and the output on a change to manual.
-void leave_out_in_force(Order& order, const InForce& now, const Standing& standing,
+void leave_out_in_force(Command& command, const InForce& now, const LoopAvailability& availability,
                         const LoopSettings& settings) noexcept;
 
 // Replaces the gains that an order sets.
-constexpr void set_gains(const Order& order, control::PidGains& gains) noexcept {
-  gains.kp = order.kp.value_or(gains.kp);
-  gains.ki = order.ki.value_or(gains.ki);
-  gains.kd = order.kd.value_or(gains.kd);
+constexpr void set_gains(const Command& command, control::PidGains& gains) noexcept {
+  gains.kp = command.kp.value_or(gains.kp);
+  gains.ki = command.ki.value_or(gains.ki);
+  gains.kd = command.kd.value_or(gains.kd);
 }
 
-struct OrderAnswer {
+struct CommandAnswer {
   std::uint64_t number = 0;
   Refusal refusal = Refusal::none;
   InForce now{};  // when the cycle took the order
@@ -190,11 +191,11 @@ struct OrderAnswer {
 
 // Channel between one sender and one loop, with an answer to each order. No answer is lost, because
 // a sender has at most as many orders without an answer as there is room.
-struct OrderBox {
+struct CommandMailbox {
   static constexpr std::size_t kRoom = 32;
-  explicit OrderBox(std::size_t room = kRoom) : orders(room), answers(room) {}
-  base::SpscRing<Order> orders;         // sender -> cycle
-  base::SpscRing<OrderAnswer> answers;  // cycle -> sender
+  explicit CommandMailbox(std::size_t room = kRoom) : commands(room), answers(room) {}
+  base::SpscRing<Command> commands;       // sender -> cycle
+  base::SpscRing<CommandAnswer> answers;  // cycle -> sender
 };
 
 }  // namespace loopwarden::daemon::rt

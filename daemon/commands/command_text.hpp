@@ -3,19 +3,19 @@
 
 #include <string>
 
-#include "daemon/rt/order.hpp"
+#include "daemon/rt/command.hpp"
 
-namespace loopwarden::daemon::orders {
+namespace loopwarden::daemon::commands {
 
 // "kp 0.61 ki 0.07 kd 0": all digits.
 std::string gains_text(const control::PidGains& gains);
 
 // Why an order is refused, with what was asked for and what would be allowed.
-std::string why_refused(rt::Refusal refusal, const rt::Order& order,
+std::string why_refused(rt::Refusal refusal, const rt::Command& command,
                         const rt::LoopSettings& settings);
 
 // The same of an order that the loop's cycle has answered: with what was in force by then.
-std::string why_refused(const rt::OrderAnswer& answer, const rt::Order& order,
+std::string why_refused(const rt::CommandAnswer& answer, const rt::Command& command,
                         const rt::LoopSettings& settings);
 
-}  // namespace loopwarden::daemon::orders
+}  // namespace loopwarden::daemon::commands

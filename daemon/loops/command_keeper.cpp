@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "daemon/loops/order_keeper.hpp"
+#include "daemon/loops/command_keeper.hpp"
 
 #include <spdlog/spdlog.h>
 
@@ -23,8 +23,8 @@ bool runs_here(const LoopRuntime& loop) {
 
 }  // namespace
 
-OrderKeeper::OrderKeeper(const std::vector<LoopRuntime>& loops, LastOrdersFile file,
-                         LastOrders begun)
+CommandKeeper::CommandKeeper(const std::vector<LoopRuntime>& loops, LastCommandsFile file,
+                             LastCommands begun)
     : loops_(loops), file_(std::move(file)), tracks_(loops.size()) {
   for (std::size_t i = 0; i < loops.size(); ++i) {
     if (!runs_here(loops[i])) continue;
@@ -42,11 +42,11 @@ OrderKeeper::OrderKeeper(const std::vector<LoopRuntime>& loops, LastOrdersFile f
   forget_ = all_run && !begun.loops.empty();
 }
 
-void OrderKeeper::start() {
+void CommandKeeper::start() {
   thread_.start({.name = "lw-orders"}, [this] { run(); });
 }
 
-void OrderKeeper::run() {
+void CommandKeeper::run() {
   bool last = false;
   while (!last) {
     {
@@ -64,15 +64,16 @@ void OrderKeeper::run() {
 }
 
 // Notes the values that the loop goes by. In manual a set point that follows PV is not an order.
-void OrderKeeper::see(std::size_t loop) {
+void CommandKeeper::see(std::size_t loop) {
   const LoopRuntime& runtime = loops_[loop];
-  LastOrder& now = tracks_[loop].now;
+  LastCommand& now = tracks_[loop].now;
   now.commissioned = runtime.commissioning->holder().has_value();
   if (now.commissioned) return;
   const rt::LoopChannels& channels = *runtime.channels;
-  const rt::Standing standing = rt::unpacked(channels.standing.load(std::memory_order_acquire));
-  now.mode = standing.mode;
-  now.manual_after_fault = standing.manual_after_fault;
+  const rt::LoopAvailability availability =
+      rt::unpacked(channels.availability.load(std::memory_order_acquire));
+  now.mode = availability.mode;
+  now.manual_after_fault = availability.manual_after_fault;
   now.pv_unit = runtime.config.pv_unit;
   now.pv_range = {runtime.config.pv.low, runtime.config.pv.high};
   if (now.mode == control::Mode::automatic ||
@@ -81,12 +82,12 @@ void OrderKeeper::see(std::size_t loop) {
   }
 }
 
-bool OrderKeeper::is_due(Track& track, std::int64_t now_ns) const {
+bool CommandKeeper::is_due(Track& track, std::int64_t now_ns) const {
   const double passed_s = static_cast<double>(now_ns - std::exchange(track.looked_ns, now_ns)) /
                           static_cast<double>(base::kNanosecondsPerSecond);
   track.writes_left = std::min(kMostWrites, track.writes_left + passed_s / kBetweenWrites_s);
   if (track.ever_saved && track.now == track.saved) return false;
-  LastOrder but_for_set_point = track.saved;
+  LastCommand but_for_set_point = track.saved;
   but_for_set_point.set_point = track.now.set_point;
   if (!track.ever_saved || track.asked_for || frozen_ || but_for_set_point != track.now) {
     return true;
@@ -96,9 +97,9 @@ bool OrderKeeper::is_due(Track& track, std::int64_t now_ns) const {
   return true;
 }
 
-bool OrderKeeper::look(std::int64_t now_ns) {
-  std::map<std::string, LastOrder> all = resting_;
-  std::vector<LastOrder> written(tracks_.size());
+bool CommandKeeper::look(std::int64_t now_ns) {
+  std::map<std::string, LastCommand> all = resting_;
+  std::vector<LastCommand> written(tracks_.size());
   {
     const std::lock_guard lock(mutex_);
     bool due = forget_;
@@ -129,7 +130,7 @@ bool OrderKeeper::look(std::int64_t now_ns) {
   return failed.empty();
 }
 
-bool OrderKeeper::kept(std::size_t loop) {
+bool CommandKeeper::kept(std::size_t loop) {
   {
     const std::lock_guard lock(mutex_);
     if (!runs_here(loops_[loop]) || frozen_) return true;
@@ -142,7 +143,7 @@ bool OrderKeeper::kept(std::size_t loop) {
   return false;
 }
 
-void OrderKeeper::freeze() {
+void CommandKeeper::freeze() {
   const std::lock_guard lock(mutex_);
   if (frozen_) return;
   for (std::size_t i = 0; i < tracks_.size(); ++i) {
@@ -151,7 +152,7 @@ void OrderKeeper::freeze() {
   frozen_ = true;
 }
 
-void OrderKeeper::ask_to_end() {
+void CommandKeeper::ask_to_end() {
   {
     const std::lock_guard lock(mutex_);
     quit_ = true;
@@ -159,12 +160,12 @@ void OrderKeeper::ask_to_end() {
   changed_.notify_all();
 }
 
-void OrderKeeper::stop() {
+void CommandKeeper::stop() {
   ask_to_end();
   thread_.join();
 }
 
-bool OrderKeeper::stop_for(std::chrono::milliseconds patience) {
+bool CommandKeeper::stop_for(std::chrono::milliseconds patience) {
   ask_to_end();
   return thread_.join_for(patience);
 }

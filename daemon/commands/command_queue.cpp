@@ -1,35 +1,35 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "daemon/orders/order_desk.hpp"
+#include "daemon/commands/command_queue.hpp"
 
 #include <algorithm>
 #include <utility>
 
-namespace loopwarden::daemon::orders {
+namespace loopwarden::daemon::commands {
 
-rt::Standing OrderDesk::standing() {
+rt::LoopAvailability CommandQueue::availability() {
   collect();  // before the look at the loop: an order that is answered shows in it
-  rt::Standing standing = rt::unpacked(standing_.load(std::memory_order_acquire));
+  rt::LoopAvailability availability = rt::unpacked(standing_.load(std::memory_order_acquire));
   for (const Waiting& waiting : waiting_) {
-    standing.mode = waiting.order.mode.value_or(standing.mode);
-    standing.output_known = standing.output_known || waiting.order.output.has_value();
+    availability.mode = waiting.command.mode.value_or(availability.mode);
+    availability.output_known = availability.output_known || waiting.command.output.has_value();
   }
-  return standing;
+  return availability;
 }
 
-bool OrderDesk::has_room() {
+bool CommandQueue::has_room() {
   collect();
-  return waiting_.size() < box_.orders.capacity();
+  return waiting_.size() < box_.commands.capacity();
 }
 
-std::uint64_t OrderDesk::send(rt::Order order, std::vector<journal::JournalEntry> lines) {
-  order.number = ++newest_;
-  waiting_.push_back({order, std::move(lines)});
-  box_.orders.try_push(order);
-  return order.number;
+std::uint64_t CommandQueue::send(rt::Command command, std::vector<journal::JournalEntry> lines) {
+  command.number = ++newest_;
+  waiting_.push_back({command, std::move(lines)});
+  box_.commands.try_push(command);
+  return command.number;
 }
 
-void OrderDesk::collect() {
-  rt::OrderAnswer answer;
+void CommandQueue::collect() {
+  rt::CommandAnswer answer;
   while (box_.answers.try_pop(answer)) {
     // Answers come in the order of the orders.
     Waiting waiting = std::move(waiting_.front());
@@ -40,9 +40,9 @@ void OrderDesk::collect() {
                     .why = {},
                     .answered = std::chrono::steady_clock::now()};
     if (answer.refusal != rt::Refusal::none) {
-      outcome.why = ends_.why(answer, waiting.order);
-    } else if (ends_.done && !waiting.lines.empty()) {
-      ends_.done(waiting.order, waiting.lines.front());
+      outcome.why = callbacks_.why(answer, waiting.command);
+    } else if (callbacks_.done && !waiting.lines.empty()) {
+      callbacks_.done(waiting.command, waiting.lines.front());
     }
     outcome.journal_ticket =
         write_down(waiting.lines, outcome.why.empty() ? "done" : "refused: " + outcome.why);
@@ -51,7 +51,7 @@ void OrderDesk::collect() {
   }
 }
 
-void OrderDesk::close() {
+void CommandQueue::close() {
   collect();
   for (Waiting& waiting : waiting_) {
     write_down(waiting.lines, "not taken: the daemon ended before the loop's next cycle");
@@ -59,21 +59,21 @@ void OrderDesk::close() {
   waiting_.clear();
 }
 
-std::optional<Outcome> OrderDesk::outcome(std::uint64_t number) {
+std::optional<Outcome> CommandQueue::outcome(std::uint64_t number) {
   collect();
   const auto found = std::find_if(outcomes_.begin(), outcomes_.end(),
                                   [&](const Outcome& o) { return o.number == number; });
   return found == outcomes_.end() ? std::nullopt : std::optional(*found);
 }
 
-std::uint64_t OrderDesk::write_down(std::vector<journal::JournalEntry>& lines,
-                                    const std::string& result) {
+std::uint64_t CommandQueue::write_down(std::vector<journal::JournalEntry>& lines,
+                                       const std::string& result) {
   std::uint64_t ticket = 0;
   for (journal::JournalEntry& line : lines) {
     line.result = result;
-    ticket = ends_.write_down(std::move(line));
+    ticket = callbacks_.write_down(std::move(line));
   }
   return ticket;
 }
 
-}  // namespace loopwarden::daemon::orders
+}  // namespace loopwarden::daemon::commands

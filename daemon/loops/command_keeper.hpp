@@ -17,18 +17,18 @@
 #include <vector>
 
 #include "base/thread.hpp"
-#include "daemon/loops/last_orders.hpp"
+#include "daemon/loops/last_commands.hpp"
 #include "daemon/loops/loop_runtime.hpp"
 
 namespace loopwarden::daemon {
 
-class OrderKeeper {
+class CommandKeeper {
  public:
   // `begun`: what is on the disk. The loops outlive this.
-  OrderKeeper(const std::vector<LoopRuntime>& loops, LastOrdersFile file, LastOrders begun);
-  OrderKeeper(const OrderKeeper&) = delete;
-  OrderKeeper& operator=(const OrderKeeper&) = delete;
-  ~OrderKeeper() { stop(); }
+  CommandKeeper(const std::vector<LoopRuntime>& loops, LastCommandsFile file, LastCommands begun);
+  CommandKeeper(const CommandKeeper&) = delete;
+  CommandKeeper& operator=(const CommandKeeper&) = delete;
+  ~CommandKeeper() { stop(); }
 
   void start();
   // The daemon ends: what happens to the loops from now on is no order. Waits for nothing.
@@ -46,8 +46,8 @@ class OrderKeeper {
  private:
   static constexpr double kMostWrites = 8.0;  // of set points in a row
   struct Track {
-    LastOrder now;
-    LastOrder saved;
+    LastCommand now;
+    LastCommand saved;
     bool ever_saved = false;
     bool asked_for = false;
     double writes_left = kMostWrites;
@@ -59,12 +59,12 @@ class OrderKeeper {
   bool is_due(Track& track, std::int64_t now_ns) const;
 
   const std::vector<LoopRuntime>& loops_;
-  LastOrdersFile file_;
+  LastCommandsFile file_;
   std::mutex mutex_;
   std::condition_variable changed_;
   std::vector<Track> tracks_;
-  std::map<std::string, LastOrder> resting_;  // of loops out of service
-  bool forget_ = false;                       // loops that are on the disk, and are gone
+  std::map<std::string, LastCommand> resting_;  // of loops out of service
+  bool forget_ = false;                         // loops that are on the disk, and are gone
   bool frozen_ = false;
   bool quit_ = false;
   bool asked_for_ = false;

@@ -1,49 +1,50 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "daemon/loops/loop_orders.hpp"
+#include "daemon/loops/loop_queue.hpp"
 
 #include <utility>
 
-#include "daemon/orders/order_text.hpp"
+#include "daemon/commands/command_text.hpp"
 
 namespace loopwarden::daemon {
 
-orders::OrderDesk desk_of(LoopRuntime& loop, rt::OrderBox& box, journal::Journal& journal,
-                          OrderDone done) {
+commands::CommandQueue queue_of(LoopRuntime& loop, rt::CommandMailbox& box,
+                                journal::Journal& journal, CommandDone done) {
   CurrentSettings& settings = *loop.settings;
-  const auto taken = [&loop, &journal, done = std::move(done)](const rt::Order& order,
+  const auto taken = [&loop, &journal, done = std::move(done)](const rt::Command& command,
                                                                const journal::JournalEntry& line) {
-    if (order.ends_commissioning && loop.commissioning->give_back()) {
+    if (command.ends_commissioning && loop.commissioning->give_back()) {
       write_down_commissioning(loop, false, journal, line.utc_ms, line.peer);
     }
-    if (order.kp || order.ki || order.kd) {
+    if (command.kp || command.ki || command.kd) {
       loop.settings->gains_ordered(
           {.by = line.peer,
            .utc_ms = line.utc_ms,
            .person = line.kind == journal::JournalEntry::Kind::operator_action});
     }
-    if (done) done(order, line);
+    if (done) done(command, line);
   };
-  return {box, loop.channels->standing,
-          orders::DeskEnds{
+  return {box, loop.channels->availability,
+          commands::CommandCallbacks{
               .write_down =
                   [&journal](journal::JournalEntry line) { return journal.post(std::move(line)); },
               .why =
-                  [&settings](const rt::OrderAnswer& answer, const rt::Order& order) {
-                    return orders::why_refused(answer, order, settings.get());
+                  [&settings](const rt::CommandAnswer& answer, const rt::Command& command) {
+                    return commands::why_refused(answer, command, settings.get());
                   },
               .done = taken}};
 }
 
-rt::InForce in_force(const LoopRuntime& loop, orders::OrderDesk& desk) {
-  const rt::Standing standing = desk.standing();  // first: the cycle publishes it last
+rt::InForce in_force(const LoopRuntime& loop, commands::CommandQueue& queue) {
+  const rt::LoopAvailability availability =
+      queue.availability();  // first: the cycle publishes it last
   control::PidGains gains = loop.settings->get().controller.pid.gains;
-  rt::InForce now{.mode = standing.mode,
+  rt::InForce now{.mode = availability.mode,
                   .set_point = loop.channels->set_point_wanted.load(std::memory_order_relaxed),
                   .output = loop.channels->output_wanted.load(std::memory_order_relaxed)};
-  desk.for_each_waiting([&](const rt::Order& order) {
-    now.set_point = order.set_point.value_or(now.set_point);
-    now.output = order.output.value_or(now.output);
-    rt::set_gains(order, gains);
+  queue.for_each_waiting([&](const rt::Command& command) {
+    now.set_point = command.set_point.value_or(now.set_point);
+    now.output = command.output.value_or(now.output);
+    rt::set_gains(command, gains);
   });
   now.kp = gains.kp;
   now.ki = gains.ki;
