@@ -15,8 +15,7 @@ namespace loopwarden::daemon::console {
 protocol::AlarmDesigns alarm_designs(const Plant& plant);
 protocol::AlarmDesigns alarm_designs(const Plant& plant, std::size_t loop);
 
-protocol::AlarmFigures figures_of(const Plant& plant,
-                                  std::span<const loopwarden::monitor::AlarmCame> came,
+protocol::AlarmFigures figures_of(const Plant& plant, std::span<const monitor::AlarmCame> came,
                                   std::int64_t from_ms, std::int64_t to_ms);
 
 }  // namespace loopwarden::daemon::console

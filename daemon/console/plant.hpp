@@ -25,8 +25,8 @@ struct Plant {
 
 // Return the index or the alarm of this name. Throw RequestError for an unknown name.
 std::size_t loop_index(const Plant& plant, const std::string& name);
-loopwarden::monitor::AlarmKind wanted_alarm(const std::string& name);
-loopwarden::monitor::BoxAlarm wanted_box_alarm(const std::string& name);
+monitor::AlarmKind wanted_alarm(const std::string& name);
+monitor::BoxAlarm wanted_box_alarm(const std::string& name);
 
 // Throws RequestError if the loop accepts no orders here: out of service, or controlled elsewhere.
 void check_takes_commands(const Plant& plant, std::size_t loop);

@@ -18,10 +18,9 @@ protocol::LoopStatus loop_status(const Plant& plant, std::size_t loop);
 // Returns the ranges of a loop and the limits for its orders, as in force.
 protocol::Ranges ranges_of(const rt::LoopSettings& settings);
 
-protocol::Alarm alarm_of(const std::string& loop, loopwarden::monitor::AlarmKind kind,
+protocol::Alarm alarm_of(const std::string& loop, monitor::AlarmKind kind,
                          const supervision::AlarmSnapshot& watch);
-protocol::Alarm alarm_of(loopwarden::monitor::BoxAlarm kind,
-                         const loopwarden::monitor::BoxAlarms& alarms);
+protocol::Alarm alarm_of(monitor::BoxAlarm kind, const monitor::BoxAlarms& alarms);
 // Returns the newest incident of the loop, if it has had one.
 std::optional<protocol::Incident> incident_of(const std::string& loop,
                                               const supervision::AlarmSnapshot& watch);
@@ -30,7 +29,7 @@ protocol::Monitor monitor_of(const supervision::AlarmSnapshot& watch,
 protocol::Explanation told(const Explanation& explanation);
 // Returns the explanation of this alarm, by its first or its final name.
 std::optional<protocol::Explanation> explanation_of(const supervision::AlarmSnapshot& watch,
-                                                    loopwarden::monitor::AlarmKind kind);
+                                                    monitor::AlarmKind kind);
 protocol::JudgedWindow window_of(const supervision::LoggedWindow& window);
 protocol::JournalLine line_of(const journal::JournalRow& row);
 

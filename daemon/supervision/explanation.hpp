@@ -18,9 +18,9 @@ namespace loopwarden::daemon {
 struct Explanation {
   static constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
-  loopwarden::monitor::AlarmKind alarm = loopwarden::monitor::AlarmKind::stiction;  // as raised
-  std::optional<loopwarden::monitor::AlarmKind> final_name;  // set if it differs from `alarm`
-  std::int64_t raised_ms = 0;                                // UTC, ms since 1970
+  monitor::AlarmKind alarm = monitor::AlarmKind::stiction;  // as raised
+  std::optional<monitor::AlarmKind> final_name;             // set if it differs from `alarm`
+  std::int64_t raised_ms = 0;                               // UTC, ms since 1970
   std::int64_t ended_ms = 0;
   std::string verdict;                  // of gap, or not_explained
   std::string effect;                   // empty: no effect has a name

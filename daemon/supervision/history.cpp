@@ -18,7 +18,7 @@ void History::put(double sp, double pv, double co) {
   count_ = std::min(count_ + 1, rows_.size());
 }
 
-void History::add(const loopwarden::monitor::Cycle& cycle) {
+void History::add(const monitor::Cycle& cycle) {
   constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
   const std::lock_guard lock(mutex_);
   const bool follows =

@@ -22,7 +22,7 @@ class History {
 
   History(double longest_s, double period_s);
 
-  void add(const loopwarden::monitor::Cycle& cycle);
+  void add(const monitor::Cycle& cycle);
   // Records that the newest cycle agrees with the loop's twin.
   void quiet();
 

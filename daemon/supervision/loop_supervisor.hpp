@@ -23,26 +23,25 @@ namespace loopwarden::daemon::supervision {
 // Detectors of one loop and their inputs. Everything that is pointed to outlives the supervisor.
 struct MonitoredLoop {
   base::SpscRing<record::RecordRow>* cycles = nullptr;
-  loopwarden::monitor::WindowSettings window;
-  loopwarden::monitor::WindowJudge* judge = nullptr;  // null: only the classical measures
+  monitor::WindowSettings window;
+  monitor::WindowJudge* judge = nullptr;  // null: only the classical measures
   // Null: no alarm model_gap. Read during construction only.
-  const loopwarden::plant::LoopModel* twin = nullptr;
+  const plant::LoopModel* twin = nullptr;
   double history_s = 0.0;           // for a loop with a twin
   bool foreign_controller = false;  // another program or device controls the loop
-  loopwarden::monitor::VerdictRuleSettings rule;
-  loopwarden::monitor::ProcessSettings process{};
+  monitor::VerdictRuleSettings rule;
+  monitor::ProcessSettings process{};
   std::string pv_unit{};
-  loopwarden::monitor::CorrectiveSettings corrective{};
+  monitor::CorrectiveSettings corrective{};
   CorrectiveChannels channels{};
 };
 
 // Called by the monitor's thread for each valve alarm that the window, the routine judgement or the
 // twin (`reason`) of the newest step of `monitor` raised. Both references are valid during the
 // call.
-using Raised = std::function<void(std::size_t loop, loopwarden::monitor::AlarmKind alarm,
-                                  const loopwarden::monitor::LoopMonitor& monitor,
-                                  const loopwarden::monitor::MonitorStep& step,
-                                  loopwarden::monitor::AlarmReason reason)>;
+using Raised = std::function<void(std::size_t loop, monitor::AlarmKind alarm,
+                                  const monitor::LoopMonitor& monitor,
+                                  const monitor::MonitorStep& step, monitor::AlarmReason reason)>;
 
 // Supervises one loop: owns its detectors, its alarms, its incident and its corrective action.
 //
@@ -52,9 +51,8 @@ class LoopSupervisor {
  public:
   static constexpr std::size_t kCyclesATurn = 256;
 
-  LoopSupervisor(std::size_t index, SupervisedLoop loop,
-                 const loopwarden::monitor::AlarmSettings& settings, journal::Journal& journal,
-                 std::function<std::int64_t()> utc_ms)
+  LoopSupervisor(std::size_t index, SupervisedLoop loop, const monitor::AlarmSettings& settings,
+                 journal::Journal& journal, std::function<std::int64_t()> utc_ms)
       : index_(index), alarms_(std::move(loop), settings, journal, std::move(utc_ms)) {}
   LoopSupervisor(const LoopSupervisor&) = delete;
   LoopSupervisor& operator=(const LoopSupervisor&) = delete;
@@ -89,23 +87,22 @@ class LoopSupervisor {
           process_settings(loop.process),
           pv_unit(loop.pv_unit),
           times(loop.window.sample_time_s) {}
-    loopwarden::monitor::LoopMonitor monitor;
-    loopwarden::monitor::ConditionWatch condition;
-    loopwarden::monitor::ProcessWatch process;
-    loopwarden::monitor::ProcessSettings process_settings;
+    monitor::LoopMonitor monitor;
+    monitor::ConditionWatch condition;
+    monitor::ProcessWatch process;
+    monitor::ProcessSettings process_settings;
     std::string pv_unit;
-    loopwarden::monitor::ModeTimes times;
+    monitor::ModeTimes times;
     bool deviation_rests = false;  // as the alarms have it
     bool pv_lost = false;          // as the alarms have it
   };
   void restore_detectors();
-  loopwarden::monitor::MonitorStep step(const record::RecordRow& row);
+  monitor::MonitorStep step(const record::RecordRow& row);
   void watch_process(const record::RecordRow& row);
   // Returns true if the step was a full window.
-  bool use_window(const loopwarden::monitor::MonitorStep& step);
-  void report_raised(const JournaledAlarms::AlarmKinds& alarms,
-                     const loopwarden::monitor::MonitorStep& step,
-                     loopwarden::monitor::AlarmReason reason);
+  bool use_window(const monitor::MonitorStep& step);
+  void report_raised(const JournaledAlarms::AlarmKinds& alarms, const monitor::MonitorStep& step,
+                     monitor::AlarmReason reason);
   void publish_progress(std::size_t cycles);
 
   std::size_t index_;

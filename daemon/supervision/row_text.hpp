@@ -9,9 +9,7 @@
 namespace loopwarden::daemon::supervision {
 
 // Returns the reason of a changed process alarm, from the cycle that changed it. `unit`: of PV.
-std::string why_changed(const loopwarden::monitor::ProcessChange& change,
-                        const record::RecordRow& row,
-                        const loopwarden::monitor::ProcessSettings& settings,
-                        const std::string& unit);
+std::string why_changed(const monitor::ProcessChange& change, const record::RecordRow& row,
+                        const monitor::ProcessSettings& settings, const std::string& unit);
 
 }  // namespace loopwarden::daemon::supervision

@@ -5,8 +5,8 @@
 
 namespace loopwarden::daemon::supervision {
 
-void WindowLog::add(std::int64_t utc_ms, loopwarden::monitor::WindowState state,
-                    const loopwarden::monitor::WindowJudgement& judgement) {
+void WindowLog::add(std::int64_t utc_ms, monitor::WindowState state,
+                    const monitor::WindowJudgement& judgement) {
   const auto single = [](double value) { return static_cast<float>(value); };
   LoggedWindow window{.utc_ms = utc_ms,
                       .state = state,

@@ -18,21 +18,20 @@ namespace loopwarden::daemon::supervision {
 struct LoggedWindow {
   std::int64_t utc_ms = 0;  // end of the window
   // Reason why the window was not judged, or valid. Only valid and not_enough_movement were judged.
-  loopwarden::monitor::WindowState state = loopwarden::monitor::WindowState::valid;
-  loopwarden::monitor::WindowJudgement::Result result =
-      loopwarden::monitor::WindowJudgement::Result::no_fault;
-  loopwarden::monitor::AlarmKind fault = loopwarden::monitor::AlarmKind::unknown;
-  float severity_percent = 0.0F;                                           // % of the CO span
-  std::array<float, loopwarden::monitor::kValveAlarmCount> probability{};  // as in WindowJudgement
-  std::array<float, loopwarden::specialist::kConditions> errors{};         // (% of the CO span)^2
+  monitor::WindowState state = monitor::WindowState::valid;
+  monitor::WindowJudgement::Result result = monitor::WindowJudgement::Result::no_fault;
+  monitor::AlarmKind fault = monitor::AlarmKind::unknown;
+  float severity_percent = 0.0F;                               // % of the CO span
+  std::array<float, monitor::kValveAlarmCount> probability{};  // as in WindowJudgement
+  std::array<float, specialist::kConditions> errors{};         // (% of the CO span)^2
 };
 
 class WindowLog {
  public:
   static constexpr std::size_t kKept = 32;
 
-  void add(std::int64_t utc_ms, loopwarden::monitor::WindowState state,
-           const loopwarden::monitor::WindowJudgement& judgement);
+  void add(std::int64_t utc_ms, monitor::WindowState state,
+           const monitor::WindowJudgement& judgement);
 
   // Returns the windows, the oldest first.
   std::vector<LoggedWindow> windows() const;
