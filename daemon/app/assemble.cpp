@@ -14,7 +14,7 @@
 #include "daemon/app/attempt.hpp"
 #include "daemon/app/reports_in_use.hpp"
 #include "daemon/app/status.hpp"
-#include "daemon/loops/loop_orders.hpp"
+#include "daemon/loops/loop_queue.hpp"
 #include "daemon/loops/warm_start.hpp"
 #include "model/twin/explain.hpp"
 #include "model/watch/specialist_judge.hpp"
@@ -24,11 +24,10 @@ namespace {
 
 using alarm::AlarmKind;
 
-std::vector<supervision::WatchBoard::Loop> watched_loops(
-    const config::Configuration& configuration) {
-  std::vector<supervision::WatchBoard::Loop> loops;
+std::vector<supervision::SupervisedLoop> watched_loops(const config::Configuration& configuration) {
+  std::vector<supervision::SupervisedLoop> loops;
   for (const config::LoopConfig& loop : configuration.loops) {
-    supervision::WatchBoard::Loop& one = loops.emplace_back();
+    supervision::SupervisedLoop& one = loops.emplace_back();
     one.name = loop.name;
     one.period_s = loop.sample_time_s;
     one.pv_unit = loop.pv_unit;
@@ -90,9 +89,10 @@ gateway::GatewaySettings gateway_settings(const config::ModbusServer& server) {
 
 }  // namespace
 
-ModbusServer::ModbusServer(const config::ModbusServer& server, console::Parts parts,
+ModbusServer::ModbusServer(const config::ModbusServer& server, const console::Plant& plant,
+                           journal::Journal& journal, const console::DaemonInfo& info,
                            base::Clock& clock)
-    : loops(std::move(parts)), gateway(gateway_settings(server), loops, clock) {}
+    : loops(plant, journal, info), gateway(gateway_settings(server), loops, clock) {}
 
 Assembly::Assembly(config::Configuration from_files, const std::filesystem::path& folder,
                    const config::Specialists& specialists,
@@ -106,8 +106,8 @@ Assembly::Assembly(config::Configuration from_files, const std::filesystem::path
           .log_lines_lost = std::move(log_lines_lost)},
       historian(loops.all(), configuration.daemon.state_directory),
       journal({.folder = configuration.daemon.state_directory}),
-      board(watched_loops(configuration), configuration.daemon.alarms.settings, journal,
-            base::utc_ms),
+      alarms(watched_loops(configuration), configuration.daemon.alarms.settings, journal,
+             base::utc_ms),
       box_alarms(configuration.daemon.alarms.settings, journal, base::utc_ms),
       box_looker({.disk =
                       [state = configuration.daemon.state_directory,
@@ -121,10 +121,10 @@ Assembly::Assembly(config::Configuration from_files, const std::filesystem::path
                .folder = std::filesystem::path(configuration.daemon.state_directory) / "reports",
                .socket =
                    std::filesystem::path(configuration.daemon.runtime_directory) / "control.sock"},
-              report_ends(folder)),
+              report_callbacks(folder)),
       evidence(configuration.daemon, specialists,
                {.loops = loops.all(),
-                .board = board,
+                .alarms = alarms,
                 .journal = journal,
                 .config_hash = [this] { return reloader.config_hash(); },
                 .history = [this](std::size_t loop) { return watching.monitor->history(loop); },
@@ -134,29 +134,30 @@ Assembly::Assembly(config::Configuration from_files, const std::filesystem::path
                       attempt("report", [&] { worked = reports.run_next(stop); });
                       return worked;
                     }}),
-      reloader(configuration, folder, loops.all(), historian, journal, reloader_ends(service)),
-      control(socket_folder(configuration.daemon.runtime_directory), console_parts(),
-              rights_of(configuration.daemon)),
-      readers(configuration.daemon.runtime_directory, console_parts()) {
+      reloader(configuration, folder, loops.all(), historian, journal, reloader_callbacks(service)),
+      console_sources(*this),
+      control(socket_folder(configuration.daemon.runtime_directory), plant(), archive(),
+              console_sources, console_sources, rights_of(configuration.daemon)),
+      readers(configuration.daemon.runtime_directory, plant(), archive(), console_sources) {
   if (configuration.daemon.real_time.lock_memory) loops.lock_memory();
   make_loops();
   const journal::AlarmStates remembered = journal.open();
-  board.restore(remembered);
+  alarms.restore(remembered);
   box_alarms.restore(remembered);
   make_monitor(specialists);
   evidence.remember();
   if (configuration.daemon.modbus_server) {
-    modbus = std::make_unique<ModbusServer>(*configuration.daemon.modbus_server, console_parts(),
-                                            loops.clock());
+    modbus = std::make_unique<ModbusServer>(*configuration.daemon.modbus_server, plant(), journal,
+                                            console_sources, loops.clock());
   }
 }
 
 // Makes the loops. A loop starts with the mode and set point from before the restart if its file
 // requests it.
 void Assembly::make_loops() {
-  const LastOrdersFile file(std::filesystem::path(configuration.daemon.state_directory) /
-                            "last-orders.json");
-  LastOrders last = file.load();
+  const LastCommandsFile file(std::filesystem::path(configuration.daemon.state_directory) /
+                              "last-orders.json");
+  LastCommands last = file.load();
   if (!last.damaged.empty()) spdlog::error("last orders are not known: {}", last.damaged);
   loops.make(configuration, [&](const config::LoopConfig& loop) {
     WarmStart warm = warm_start(loop, last);
@@ -169,7 +170,7 @@ void Assembly::make_loops() {
     return warm.start;
   });
   elsewhere.make(configuration, loops.backends(), loops.all());
-  keeper = std::make_unique<OrderKeeper>(loops.all(), file, std::move(last));
+  keeper = std::make_unique<CommandKeeper>(loops.all(), file, std::move(last));
 }
 
 void Assembly::make_monitor(const config::Specialists& specialists) {
@@ -192,23 +193,23 @@ void Assembly::make_monitor(const config::Specialists& specialists) {
                          .process = loop.config.alarms.process,
                          .pv_unit = loop.config.pv_unit,
                          .corrective = loop.config.monitor.corrective,
-                         .orders = &watching.desks.emplace_back(
-                             desk_of(loop, loop.channels->monitor_orders, journal)),
-                         .settings_taken = &loop.channels->settings_taken,
-                         .commissioned = &loop.channels->commissioned,
-                         .moves_settings = &loop.channels->moves_settings,
-                         .moves = &loop.channels->moves,
-                         .hardware = config::backing_of(loop.config.io).hardware});
+                         .channels = {.commands = &watching.queues.emplace_back(
+                                          queue_of(loop, loop.channels->monitor_commands, journal)),
+                                      .settings_taken = &loop.channels->settings_taken,
+                                      .commissioned = &loop.channels->commissioned,
+                                      .moves_settings = &loop.channels->moves_settings,
+                                      .moves = &loop.channels->moves,
+                                      .hardware = config::backing_of(loop.config.io).hardware}});
   }
   watching.monitor = std::make_unique<supervision::Monitor>(
-      monitored, board,
+      monitored, alarms,
       [this](std::size_t loop, alarm::AlarmKind alarm, const watch::LoopMonitor& loop_monitor,
              const watch::MonitorStep& step, alarm::AlarmReason reason) {
         evidence.keep(loop, alarm, loop_monitor, step, reason);
       });
 }
 
-reports::DeskEnds Assembly::report_ends(const std::filesystem::path& folder) {
+reports::ReportCallbacks Assembly::report_callbacks(const std::filesystem::path& folder) {
   return {.now_ms = base::utc_ms,
           .wake = [this] { evidence.explainer().wake(); },
           .ended =
@@ -229,7 +230,7 @@ reports::DeskEnds Assembly::report_ends(const std::filesystem::path& folder) {
               }};
 }
 
-ReloaderEnds Assembly::reloader_ends(ServiceManager& service) {
+ReloaderCallbacks Assembly::reloader_callbacks(ServiceManager& service) {
   return {.take_over =
               [this](const config::DaemonConfig& wanted) {
                 configuration.daemon.stop_timeout_s = wanted.stop_timeout_s;
@@ -240,29 +241,16 @@ ReloaderEnds Assembly::reloader_ends(ServiceManager& service) {
           .ready = [&service] { service.ready(); }};
 }
 
-// Returns references. The console reads the data at each request.
-console::Parts Assembly::console_parts() {
-  return {
-      .loops = loops.all(),
-      .historian = historian,
-      .board = board,
-      .box_alarms = box_alarms,
-      .journal = journal,
-      .evidence = evidence.store(),
-      .reports = reports,
-      .severe_percent = configuration.daemon.alarms.severe_percent,
-      .daemon_status = [this] { return status_of(*this); },
-      .box_description = [this] { return description_of(*this); },
-      .links = [this] { return links_of(*this); },
-      .configuration = origin.configuration,
-      .config_hash = [this] { return reloader.config_hash(); },
-      .reload = [this](const std::string& peer, bool dry_run,
-                       bool take_file) { return reloader.post(peer, dry_run, take_file); },
-      .reload_state = [this](std::uint64_t number) { return reloader.state(number); },
-      .twin = [this](std::size_t loop) { return evidence.twin(loop); },
-      .box = [this] { return box_reading_of(*this); },
-      .modbus_server = [this] { return modbus ? modbus->gateway.state() : gateway::ServerState{}; },
-      .order_kept = [this](std::size_t loop) { return keeper->kept(loop); }};
+console::Plant Assembly::plant() {
+  return {.loops = loops.all(),
+          .historian = historian,
+          .alarms = alarms,
+          .box_alarms = box_alarms,
+          .severe_percent = configuration.daemon.alarms.severe_percent};
+}
+
+console::Archive Assembly::archive() {
+  return {.journal = journal, .evidence = evidence.store(), .reports = reports};
 }
 
 }  // namespace loopwarden::daemon

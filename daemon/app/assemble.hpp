@@ -11,6 +11,7 @@
 #include <string>
 
 #include "config/loop_config.hpp"
+#include "daemon/app/console_sources.hpp"
 #include "daemon/app/evidence_flow.hpp"
 #include "daemon/app/gateway_loops.hpp"
 #include "daemon/app/real_time_loops.hpp"
@@ -45,12 +46,13 @@ struct Origin {
 // The monitor and the parts that it uses.
 struct Watching {
   std::map<std::string, std::unique_ptr<alarm::WindowJudge>> judges;  // by folder
-  std::deque<orders::OrderDesk> desks;                                // one per loop
+  std::deque<commands::CommandQueue> queues;                                // one per loop
   std::unique_ptr<supervision::Monitor> monitor;
 };
 
 struct ModbusServer {
-  ModbusServer(const config::ModbusServer& server, console::Parts parts, base::Clock& clock);
+  ModbusServer(const config::ModbusServer& server, const console::Plant& plant,
+               journal::Journal& journal, const console::DaemonInfo& info, base::Clock& clock);
 
   GatewayLoops loops;
   gateway::Gateway gateway;
@@ -72,22 +74,24 @@ struct Assembly {
   Origin origin;
   Historian historian;
   journal::Journal journal;
-  supervision::WatchBoard board;
+  supervision::AlarmRegistry alarms;
   host::BoxBoard box_alarms;
   host::BoxLooker box_looker;
   reports::ReportDesk reports;
   EvidenceFlow evidence;
   Watching watching;
   Reloader reloader;
+  ConsoleSources console_sources;
   ControlServer control;
   StatusServer readers;
   std::unique_ptr<ModbusServer> modbus;  // null: not configured
-  std::unique_ptr<OrderKeeper> keeper;
+  std::unique_ptr<CommandKeeper> keeper;
 
  private:
-  reports::DeskEnds report_ends(const std::filesystem::path& folder);
-  console::Parts console_parts();
-  ReloaderEnds reloader_ends(ServiceManager& service);
+  reports::ReportCallbacks report_callbacks(const std::filesystem::path& folder);
+  console::Plant plant();
+  console::Archive archive();
+  ReloaderCallbacks reloader_callbacks(ServiceManager& service);
   void make_loops();
   void make_monitor(const config::Specialists& specialists);
 };

@@ -57,8 +57,8 @@ journal::JournalEntry evidence_line(std::string result) {
 }  // namespace
 
 EvidenceFlow::EvidenceFlow(const config::DaemonConfig& config,
-                           const config::Specialists& specialists, Ends ends)
-    : ends_(std::move(ends)),
+                           const config::Specialists& specialists, Dependencies dependencies)
+    : deps_(std::move(dependencies)),
       accelerate_(config.accelerate),
       store_folder_(std::filesystem::path(config.state_directory) / "evidence"),
       store_(
@@ -68,8 +68,8 @@ EvidenceFlow::EvidenceFlow(const config::DaemonConfig& config,
                  const std::string& why) { report_evidence(e, folder, why); },
           [this](const std::string& why) { report_removal(why); }),
       explainer_(
-          {.program = ends_.explain, .save = wall_clock(60.0, accelerate_), .spare = ends_.spare},
-          [this](std::size_t loop) { return ends_.history(loop)->minutes(); },
+          {.program = deps_.explain, .save = wall_clock(60.0, accelerate_), .spare = deps_.spare},
+          [this](std::size_t loop) { return deps_.history(loop)->minutes(); },
           [this](const ExplainJob& job, const Explanation* explanation, const std::string& why) {
             report_explanation(job, explanation, why);
           }) {
@@ -78,7 +78,7 @@ EvidenceFlow::EvidenceFlow(const config::DaemonConfig& config,
 }
 
 std::string EvidenceFlow::twin(std::size_t loop) const {
-  const auto found = twins_.find(ends_.loops[loop].config.monitor.twin);
+  const auto found = twins_.find(deps_.loops[loop].config.monitor.twin);
   return found == twins_.end() ? std::string() : found->second;
 }
 
@@ -90,13 +90,13 @@ void EvidenceFlow::start() {
 void EvidenceFlow::keep(std::size_t loop, alarm::AlarmKind alarm,
                         const watch::LoopMonitor& loop_monitor, const watch::MonitorStep& step,
                         alarm::AlarmReason reason) {
-  const config::LoopConfig& config = ends_.loops[loop].config;
-  const supervision::History* const history = ends_.history(loop);
+  const config::LoopConfig& config = deps_.loops[loop].config;
+  const supervision::History* const history = deps_.history(loop);
   evidence::Evidence evidence;
   evidence.loop = config.name;
   evidence.elsewhere = config::is_watched(config.io);
   evidence.alarm = alarm;
-  const supervision::LoopWatch watch = ends_.board.watch(loop);
+  const supervision::AlarmSnapshot watch = deps_.alarms.snapshot(loop);
   evidence.raised_ms = watch.alarms.alarm(alarm).memory().raised_ms;
   if (watch.incident.incident().open()) {
     evidence.incident_ms = watch.incident.incident().opened_ms;
@@ -109,7 +109,7 @@ void EvidenceFlow::keep(std::size_t loop, alarm::AlarmKind alarm,
     evidence.take(loop_monitor, step, reason);
   }
   evidence.version = LOOPWARDEN_VERSION;
-  evidence.config_hash = ends_.config_hash();
+  evidence.config_hash = deps_.config_hash();
   evidence.loop_file = config.file;
   if (history != nullptr) {
     evidence.raised_at = history->newest();
@@ -128,26 +128,26 @@ void EvidenceFlow::report_evidence(const evidence::Evidence& evidence,
   line.loop = evidence.loop;
   line.alarm = alarm::to_text(evidence.alarm);
   line.new_value = folder.string();
-  ends_.journal.post(std::move(line));
+  deps_.journal.post(std::move(line));
   // A later alarm of an incident is explained together with the first one.
   const bool first = folder.parent_path() == store_folder_;
   if (why.empty() && first && !evidence.twin.empty()) have_explained(evidence, folder);
 }
 
 void EvidenceFlow::report_removal(const std::string& why) {
-  ends_.journal.post(evidence_line("old evidence is not removed: " + why));
+  deps_.journal.post(evidence_line("old evidence is not removed: " + why));
 }
 
 void EvidenceFlow::have_explained(const evidence::Evidence& evidence,
                                   const std::filesystem::path& folder) {
-  const std::size_t loop = find_loop(ends_.loops, evidence.loop).value();
-  const supervision::History& history = *ends_.history(loop);
+  const std::size_t loop = find_loop(deps_.loops, evidence.loop).value();
+  const supervision::History& history = *deps_.history(loop);
   // The minutes before the alarm may be too few for an explanation. Then it waits for minutes after
   // the alarm.
   const double unquiet_s = history.unquiet_s();
   const double wait_s = unquiet_s > 0.0 ? std::max(0.0, twin::kEnough_s - unquiet_s) : 0.0;
   const double since_s = static_cast<double>(history.newest() - evidence.raised_at) *
-                         ends_.loops[loop].config.sample_time_s;
+                         deps_.loops[loop].config.sample_time_s;
   explainer_.post({.loop = loop,
                    .alarm = evidence.alarm,
                    .raised_at = evidence.raised_at,
@@ -163,8 +163,8 @@ void EvidenceFlow::have_explained(const evidence::Evidence& evidence,
 void EvidenceFlow::report_explanation(const ExplainJob& job, const Explanation* explanation,
                                       const std::string& why) {
   if (explanation != nullptr) {
-    ends_.board.explained(job.loop, *explanation);
-  } else if (!job.repeat) {  // a repeat leaves the previous explanation in force
+    deps_.alarms.of(job.loop).explained(*explanation);
+  } else if (!job.repeat) {  // else the one before it stands
     tell_not_explained(job, why);
   }
   explain_again(job);
@@ -179,18 +179,18 @@ void EvidenceFlow::tell_not_explained(const ExplainJob& job, const std::string& 
   none.sentence = "Not explained: " + why + ".";
   none.folder = job.folder;
   attempt("explanation", [&] { write_not_explained(none); });
-  ends_.board.explained(job.loop, none);
+  deps_.alarms.of(job.loop).explained(none);
 }
 
 bool EvidenceFlow::lasts(const ExplainJob& job) const {
-  const supervision::LoopWatch watch = ends_.board.watch(job.loop);
+  const supervision::AlarmSnapshot watch = deps_.alarms.snapshot(job.loop);
   const alarm::Incident& incident = watch.incident.incident();
   return incident.open() && incident.gone_ms == 0 && incident.opened_ms == job.incident_ms;
 }
 
 void EvidenceFlow::explain_again(const ExplainJob& job) {
-  const supervision::History& history = *ends_.history(job.loop);
-  const double period_s = ends_.loops[job.loop].config.sample_time_s;
+  const supervision::History& history = *deps_.history(job.loop);
+  const double period_s = deps_.loops[job.loop].config.sample_time_s;
   const double seen_s =
       period_s * static_cast<double>(static_cast<std::int64_t>(history.newest()) - job.changed_at);
   const double next_s = next_of(job.seen_s, seen_s);
@@ -208,9 +208,9 @@ void EvidenceFlow::explain_again(const ExplainJob& job) {
 }
 
 void EvidenceFlow::go_on(std::size_t loop, const Explanation& newest) {
-  const supervision::LoopWatch watch = ends_.board.watch(loop);
+  const supervision::AlarmSnapshot watch = deps_.alarms.snapshot(loop);
   const alarm::Incident& incident = watch.incident.incident();
-  if (ends_.history(loop) == nullptr || !incident.covers(newest.raised_ms, ends_.board.now_ms()) ||
+  if (deps_.history(loop) == nullptr || !incident.covers(newest.raised_ms, deps_.alarms.now_ms()) ||
       newest.folder.parent_path() != store_folder_) {
     return;
   }
@@ -223,7 +223,7 @@ void EvidenceFlow::go_on(std::size_t loop, const Explanation& newest) {
                  .renewed = true,
                  .seen_s = before_s + since_s(newest.raised_ms, newest.ended_ms),
                  .changed_at = cycle_before(
-                     loop, before_s + since_s(newest.raised_ms, ends_.board.now_ms()))});
+                     loop, before_s + since_s(newest.raised_ms, deps_.alarms.now_ms()))});
 }
 
 double EvidenceFlow::since_s(std::int64_t from_ms, std::int64_t to_ms) const {
@@ -232,31 +232,31 @@ double EvidenceFlow::since_s(std::int64_t from_ms, std::int64_t to_ms) const {
 }
 
 std::int64_t EvidenceFlow::cycle_before(std::size_t loop, double s) const {
-  return static_cast<std::int64_t>(ends_.history(loop)->newest()) -
-         std::llround(s / ends_.loops[loop].config.sample_time_s);
+  return static_cast<std::int64_t>(deps_.history(loop)->newest()) -
+         std::llround(s / deps_.loops[loop].config.sample_time_s);
 }
 
 void EvidenceFlow::remember() {
-  for (std::size_t i = 0; i < ends_.loops.size(); ++i) {
+  for (std::size_t i = 0; i < deps_.loops.size(); ++i) {
     std::vector<Explanation> known;
     for (const alarm::AlarmKind kind : alarm::kValveAlarms) {
-      const supervision::LoopWatch watch = ends_.board.watch(i);
+      const supervision::AlarmSnapshot watch = deps_.alarms.snapshot(i);
       const bool active = watch.alarms.alarm(kind).active();
       const bool of_incident =
           watch.incident.incident().open() && watch.incident.incident().has(kind);
       if (!active && !of_incident) continue;
-      const auto folder = store_.newest(ends_.board.name(i), kind);
+      const auto folder = store_.newest(deps_.alarms.name(i), kind);
       if (!folder) continue;
       if (std::filesystem::exists(*folder / "explanation.json")) {
         attempt("explanation", [&] { known.push_back(read_explanation(*folder)); });
-      } else if (active && ends_.history(i) != nullptr && folder->parent_path() == store_folder_) {
+      } else if (active && deps_.history(i) != nullptr && folder->parent_path() == store_folder_) {
         resume_explanation(i, kind, *folder);
       }
     }
     // Sorts the newest explanation to the end.
     std::sort(known.begin(), known.end(),
               [](const auto& a, const auto& b) { return a.ended_ms < b.ended_ms; });
-    for (const Explanation& explanation : known) ends_.board.restore(i, explanation);
+    for (const Explanation& explanation : known) deps_.alarms.of(i).restore(explanation);
     if (!known.empty()) go_on(i, known.back());
   }
 }
@@ -268,9 +268,9 @@ void EvidenceFlow::resume_explanation(std::size_t loop, alarm::AlarmKind alarm,
   if (!std::filesystem::exists(folder / "twin.yaml")) return;
   const PendingExplanation pending =
       read_pending(folder).value_or(PendingExplanation{.enough_s = twin::kEnough_s});
-  spdlog::info("loop {}: alarm {}: the explanation continues after the restart",
-               ends_.board.name(loop), alarm::to_text(alarm));
-  const supervision::LoopWatch watch = ends_.board.watch(loop);
+  spdlog::info("loop {}: alarm {} is explained now: the restart came before",
+               deps_.alarms.name(loop), alarm::to_text(alarm));
+  const supervision::AlarmSnapshot watch = deps_.alarms.snapshot(loop);
   const std::int64_t raised_ms = watch.alarms.alarm(alarm).memory().raised_ms;
   explainer_.post({.loop = loop,
                    .alarm = alarm,
@@ -281,7 +281,7 @@ void EvidenceFlow::resume_explanation(std::size_t loop, alarm::AlarmKind alarm,
                    .resumed_s = pending.there_s,
                    .again = wall_clock(twin::kEnough_s, accelerate_),
                    .seen_s = twin::kEnough_s,
-                   .changed_at = cycle_before(loop, since_s(raised_ms, ends_.board.now_ms()))});
+                   .changed_at = cycle_before(loop, since_s(raised_ms, deps_.alarms.now_ms()))});
 }
 
 }  // namespace loopwarden::daemon

@@ -28,12 +28,12 @@ namespace loopwarden::daemon {
 
 class EvidenceFlow {
  public:
-  struct Ends {
+  struct Dependencies {
     const std::vector<LoopRuntime>& loops;
-    supervision::WatchBoard& board;
+    supervision::AlarmRegistry& alarms;
     journal::Journal& journal;
     std::function<std::uint32_t()> config_hash;
-    // Returns the history of a loop with a twin; null: no twin.
+    // Of a loop with a twin; null: it has none.
     std::function<const supervision::History*(std::size_t loop)> history;
     std::filesystem::path explain = workbench_program();
     // Work of the explainer's thread while no explanation is due.
@@ -41,7 +41,7 @@ class EvidenceFlow {
   };
   // The referenced objects must outlive this.
   EvidenceFlow(const config::DaemonConfig& config, const config::Specialists& specialists,
-               Ends ends);
+               Dependencies dependencies);
   EvidenceFlow(const EvidenceFlow&) = delete;
   EvidenceFlow& operator=(const EvidenceFlow&) = delete;
 
@@ -83,7 +83,7 @@ class EvidenceFlow {
   void resume_explanation(std::size_t loop, alarm::AlarmKind alarm,
                           const std::filesystem::path& folder);
 
-  Ends ends_;
+  Dependencies deps_;
   double accelerate_;
   std::map<std::string, std::uint32_t> specialist_hashes_;  // by folder
   std::map<std::string, std::string> twins_;                // files as text, by name

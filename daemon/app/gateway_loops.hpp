@@ -8,16 +8,18 @@
 #include <string>
 #include <vector>
 
-#include "daemon/console/parts.hpp"
+#include "daemon/console/daemon_info.hpp"
+#include "daemon/console/plant.hpp"
 #include "daemon/console/plant_readings.hpp"
 #include "daemon/gateway/loops_view.hpp"
-#include "daemon/orders/order_desk.hpp"
+#include "daemon/commands/command_queue.hpp"
 
 namespace loopwarden::daemon {
 
 class GatewayLoops final : public gateway::LoopsView {
  public:
-  explicit GatewayLoops(console::Parts parts);
+  GatewayLoops(const console::Plant& plant, journal::Journal& journal,
+               const console::DaemonInfo& info);
 
   std::size_t loops() const override { return readings_.loops(); }
   const std::string& name(std::size_t loop) const override { return readings_.name(loop); }
@@ -27,12 +29,12 @@ class GatewayLoops final : public gateway::LoopsView {
   bool read_only(std::size_t loop) const override { return readings_.read_only(loop); }
   gateway::LoopReading read(std::size_t loop) override;
   gateway::BoxReading box() override { return readings_.box(); }
-  bool has_room_for_order(std::size_t loop) override { return desks_[loop].has_room(); }
-  void order(std::size_t loop, const rt::Order& order,
-             std::vector<journal::JournalEntry> lines) override;
+  bool has_room_for_command(std::size_t loop) override { return queues_[loop].has_room(); }
+  void send(std::size_t loop, const rt::Command& command,
+            std::vector<journal::JournalEntry> lines) override;
   bool collect_answers() override;
-  void close_orders() override;
-  std::uint64_t act(std::size_t loop, const supervision::AlarmOrder& order) override;
+  void close_commands() override;
+  std::uint64_t act(std::size_t loop, const supervision::AlarmCommand& command) override;
   std::uint64_t acknowledge_all(std::span<const alarm::AlarmKind> kinds,
                                 const std::string& peer) override;
   std::uint64_t veto(std::size_t loop, bool vetoed, const std::string& peer) override;
@@ -41,9 +43,10 @@ class GatewayLoops final : public gateway::LoopsView {
   void write_down(journal::JournalEntry entry) override;
 
  private:
-  console::Parts parts_;
-  console::PlantReadings readings_{parts_};
-  std::deque<orders::OrderDesk> desks_;  // one per loop
+  console::Plant plant_;
+  journal::Journal& journal_;
+  console::PlantReadings readings_;
+  std::deque<commands::CommandQueue> queues_;  // one for each loop
 };
 
 }  // namespace loopwarden::daemon

@@ -48,7 +48,7 @@ rt::LoopChannels::Room room_of(const config::LoopConfig& loop, std::size_t loops
   };
   return {.records = cycles(kHistorianLate_s),
           .watched = cycles(kMonitorLate_s + kJudging_s * static_cast<double>(loops)),
-          .monitor_orders = loop.monitor.corrective.enabled ? rt::OrderBox::kRoom : 1};
+          .monitor_commands = loop.monitor.corrective.enabled ? rt::CommandMailbox::kRoom : 1};
 }
 
 std::int64_t period_ns(const config::LoopConfig& loop, double accelerate) {

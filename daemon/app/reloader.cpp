@@ -90,12 +90,12 @@ std::string what_was_done(const reload::Plan& plan) {
 
 Reloader::Reloader(const config::Configuration& started, std::filesystem::path folder,
                    std::vector<LoopRuntime>& loops, const Historian& historian,
-                   journal::Journal& journal, ReloaderEnds ends)
+                   journal::Journal& journal, ReloaderCallbacks callbacks)
     : running_(started),
       loops_(loops),
       historian_(historian),
       journal_(journal),
-      ends_(std::move(ends)),
+      callbacks_(std::move(callbacks)),
       files_(std::move(folder)),
       offers_(loops, started.loops.size()),
       queue_(journal),
@@ -125,7 +125,7 @@ void Reloader::step() {
     queue_.finish(*current_.job,
                   {.outcome = "refused", .config_hash = config_hash(), .why = e.what()}, 0);
     current_.job = nullptr;
-    ends_.ready();
+    callbacks_.ready();
     throw;
   }
 }
@@ -145,7 +145,7 @@ void Reloader::begin() {
   queue_.set(*current_.job, State::reading);
   if (current_.job->dry_run) return;
   spdlog::info("reload by {}", current_.job->peer);
-  ends_.reloading();
+  callbacks_.reloading();
 }
 
 void Reloader::look_at_files() {
@@ -211,7 +211,7 @@ void Reloader::take(const ReadFiles& read) {
   status_.taken(hash_of(wanted.text));
   note_gains_of_file(wanted);
   reload::apply(wanted.daemon, running_.daemon);
-  ends_.take_over(wanted.daemon);
+  callbacks_.take_over(wanted.daemon);
 }
 
 void Reloader::follow_offers() {
@@ -306,7 +306,7 @@ void Reloader::finish(protocol::ReloadOutcome result, std::uint64_t journal_tick
   const bool dry_run = current_.job->dry_run;
   queue_.finish(*current_.job, std::move(result), journal_ticket);
   current_.job = nullptr;
-  if (!dry_run) ends_.ready();
+  if (!dry_run) callbacks_.ready();
 }
 
 std::uint64_t Reloader::write_down(const std::string& result) const {
@@ -340,10 +340,10 @@ std::vector<reload::Output> Reloader::outputs() const {
 
 reload::Output Reloader::output(std::size_t loop) const {
   record::RecordRow row;
-  const rt::Standing standing =
-      rt::unpacked(loops_[loop].channels->standing.load(std::memory_order_acquire));
+  const rt::LoopAvailability availability =
+      rt::unpacked(loops_[loop].channels->availability.load(std::memory_order_acquire));
   const bool there = historian_.latest(loop, row);
-  return {.known = there && standing.output_known, .value = there ? row.co : 0.0};
+  return {.known = there && availability.output_known, .value = there ? row.co : 0.0};
 }
 
 }  // namespace loopwarden::daemon

@@ -30,7 +30,7 @@
 
 namespace loopwarden::daemon {
 
-struct ReloaderEnds {
+struct ReloaderCallbacks {
   // Takes the applied keys of loopwardend.yaml. Main thread.
   std::function<void(const config::DaemonConfig&)> take_over;
   // Notify the service manager. Main thread.
@@ -44,7 +44,7 @@ class Reloader {
   // made later, before step().
   Reloader(const config::Configuration& started, std::filesystem::path folder,
            std::vector<LoopRuntime>& loops, const Historian& historian, journal::Journal& journal,
-           ReloaderEnds ends);
+           ReloaderCallbacks callbacks);
   Reloader(const Reloader&) = delete;
   Reloader& operator=(const Reloader&) = delete;
 
@@ -99,7 +99,7 @@ class Reloader {
   std::vector<LoopRuntime>& loops_;
   const Historian& historian_;
   journal::Journal& journal_;
-  ReloaderEnds ends_;
+  ReloaderCallbacks callbacks_;
   ConfigurationFiles files_;
   SettingsOffers offers_;
   ReloadQueue queue_;

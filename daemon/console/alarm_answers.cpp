@@ -61,44 +61,44 @@ std::vector<protocol::AlarmFigures::Counted> counted(const std::vector<alarm::Co
   return list;
 }
 
-void find_stale(const Parts& parts, std::int64_t now_ms, protocol::AlarmFigures& figures) {
-  const auto look = [&](const std::string& source, const char* name, const alarm::Alarm& alarm) {
+void find_stale(const Plant& plant, std::int64_t now_ms, protocol::AlarmFigures& figures) {
+  const auto look = [&](const std::string& source, const char* name, const model::Alarm& alarm) {
     const std::int64_t since_ms = alarm.memory().raised_ms;
-    const bool shown = alarm.state() == alarm::AlarmState::unacknowledged ||
-                       alarm.state() == alarm::AlarmState::acknowledged;
-    // Also if the clock was ahead when it was raised: then its age is not known.
-    if (shown && std::abs(now_ms - since_ms) > alarm::kStale_ms) {
+    const bool shown = alarm.state() == model::AlarmState::unacknowledged ||
+                       alarm.state() == model::AlarmState::acknowledged;
+    // The age is unknown if the clock was ahead when the alarm was raised.
+    if (shown && std::abs(now_ms - since_ms) > model::kStale_ms) {
       figures.stale.push_back({source, name, since_ms});
     }
   };
-  for (std::size_t i = 0; i < parts.board.loops(); ++i) {
-    parts.board.look(i, [&](const supervision::LoopWatch& watch) {
-      for (const AlarmKind kind : alarm::kAlarmKinds) {
-        look(parts.board.name(i), alarm::to_text(kind), watch.alarms.alarm(kind));
+  for (std::size_t i = 0; i < plant.alarms.loops(); ++i) {
+    plant.alarms.look(i, [&](const supervision::AlarmSnapshot& watch) {
+      for (const AlarmKind kind : model::kAlarmKinds) {
+        look(plant.alarms.name(i), model::to_text(kind), watch.alarms.alarm(kind));
       }
     });
   }
-  const alarm::BoxAlarms of_box = parts.box_alarms.alarms();
-  for (const alarm::BoxAlarm kind : alarm::kBoxAlarms) {
-    look(alarm::kBox, alarm::to_text(kind), of_box.alarm(kind));
+  const model::BoxAlarms of_box = plant.box_alarms.alarms();
+  for (const model::BoxAlarm kind : model::kBoxAlarms) {
+    look(model::kBox, model::to_text(kind), of_box.alarm(kind));
   }
 }
 
 }  // namespace
 
-protocol::AlarmDesigns alarm_designs(const Parts& parts, std::size_t loop) {
+protocol::AlarmDesigns alarm_designs(const Plant& plant, std::size_t loop) {
   protocol::AlarmDesigns its;
-  const alarm::LoopAlarms alarms = parts.board.watch(loop).alarms;
-  for (const AlarmKind kind : alarm::kAlarmKinds) {
-    if (alarms.fitted(kind)) its.alarms.push_back(design_of(parts.loops[loop].config, kind));
+  const model::LoopAlarms alarms = plant.alarms.snapshot(loop).alarms;
+  for (const AlarmKind kind : model::kAlarmKinds) {
+    if (alarms.fitted(kind)) its.alarms.push_back(design_of(plant.loops[loop].config, kind));
   }
   return its;
 }
 
-protocol::AlarmDesigns alarm_designs(const Parts& parts) {
+protocol::AlarmDesigns alarm_designs(const Plant& plant) {
   protocol::AlarmDesigns all;
-  for (std::size_t i = 0; i < parts.loops.size(); ++i) {
-    for (protocol::AlarmDesign& one : alarm_designs(parts, i).alarms) {
+  for (std::size_t i = 0; i < plant.loops.size(); ++i) {
+    for (protocol::AlarmDesign& one : alarm_designs(plant, i).alarms) {
       all.alarms.push_back(std::move(one));
     }
   }
@@ -106,10 +106,10 @@ protocol::AlarmDesigns alarm_designs(const Parts& parts) {
   return all;
 }
 
-protocol::AlarmFigures figures_of(const Parts& parts, std::span<const alarm::AlarmCame> came,
+protocol::AlarmFigures figures_of(const Plant& plant, std::span<const model::AlarmCame> came,
                                   std::int64_t from_ms, std::int64_t to_ms) {
   std::map<std::pair<std::string, std::string>, std::string> priority;
-  for (const protocol::AlarmDesign& one : alarm_designs(parts).alarms) {
+  for (const protocol::AlarmDesign& one : alarm_designs(plant).alarms) {
     priority[{one.loop, one.alarm}] = one.priority;
   }
   protocol::AlarmFigures figures{.from_ms = from_ms, .to_ms = to_ms};
@@ -126,7 +126,7 @@ protocol::AlarmFigures figures_of(const Parts& parts, std::span<const alarm::Ala
   figures.flood_percent = found.flood_percent;
   figures.top = counted(found.top);
   figures.chattering = counted(found.chattering);
-  find_stale(parts, to_ms, figures);
+  find_stale(plant, to_ms, figures);
   return figures;
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Answers about the alarms as a whole: how they are meant, and how they did.
+// Design of the alarms, and figures of their performance.
 #pragma once
 
 #include <cstddef>
@@ -12,10 +12,10 @@
 
 namespace loopwarden::daemon::console {
 
-protocol::AlarmDesigns alarm_designs(const Parts& parts);
-protocol::AlarmDesigns alarm_designs(const Parts& parts, std::size_t loop);
+protocol::AlarmDesigns alarm_designs(const Plant& plant);
+protocol::AlarmDesigns alarm_designs(const Plant& plant, std::size_t loop);
 
-protocol::AlarmFigures figures_of(const Parts& parts, std::span<const alarm::AlarmCame> came,
+protocol::AlarmFigures figures_of(const Plant& plant, std::span<const alarm::AlarmCame> came,
                                   std::int64_t from_ms, std::int64_t to_ms);
 
 }  // namespace loopwarden::daemon::console

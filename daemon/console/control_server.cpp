@@ -21,17 +21,21 @@ using console::SocketName;
 
 namespace {
 
-// Of a limited socket: one answer a round, so that whoever floods it delays an operator by one.
+// page.sock and edge.sock get one answer per round: a flood of requests delays an operator by one.
 constexpr std::size_t kLimitedLinesARound = 1;
 constexpr double kLimitedLinesPerSecond = 50.0;
 constexpr std::chrono::minutes kBetweenWarnings{1};
 
 }  // namespace
 
-ControlServer::ControlServer(std::filesystem::path folder, console::Parts parts,
-                             const Rights& rights)
+ControlServer::ControlServer(std::filesystem::path folder, const console::Plant& plant,
+                             const console::Archive& archive, const console::DaemonInfo& info,
+                             console::Operations& operations, const Rights& rights)
     : folder_(std::move(folder)),
-      parts_(std::move(parts)),
+      plant_(plant),
+      info_(info),
+      readings_(plant, archive, info, "lw-reader"),
+      commands_(plant, archive, info, operations),
       rights_(rights),
       page_group_(base::group_id("loopwarden-page")),
       edge_group_(base::group_id("loopwarden-edge")) {
@@ -67,11 +71,11 @@ Rights ControlServer::rights() const {
   return rights_;
 }
 
-// Sockets that a reload gave something to offer, and those that it left with nothing.
+// Opens each socket that got a right by a reload, and closes each one that lost the last right.
 void ControlServer::follow_rights() {
   const Rights now = rights();
   if (now == followed_) return;
-  followed_ = now;  // what fails is not tried again in each round
+  followed_ = now;  // also after a failure: the next round does not repeat it
   for (const SocketName socket : {SocketName::page, SocketName::edge}) {
     const std::string path = path_of(socket).string();
     if (now.of(socket).any() == server_.listens(path)) continue;
@@ -95,7 +99,7 @@ void ControlServer::round() {
     spdlog::error("control socket: {}", e.what());
   }
   try {
-    orders_.collect();
+    commands_.collect();
   } catch (const std::exception& e) {
     spdlog::error("orders: {}", e.what());
   }
@@ -116,10 +120,10 @@ void ControlServer::publish_metrics() {
   if (metrics_file_.empty() || std::chrono::steady_clock::now() < metrics_due_) return;
   metrics_due_ = std::chrono::steady_clock::now() + kInterval;
   try {
-    // A disk that refuses or hangs shows by the file's age.
-    std::string text =
-        metrics_text(parts_.daemon_status(), parts_.loops.size(),
-                     [this](std::size_t loop) { return console::loop_status(parts_, loop); });
+    // If the disk fails, the age of the file shows it.
+    std::string text = metrics_text(info_.status(), plant_.loops.size(), [this](std::size_t loop) {
+      return console::loop_status(plant_, loop);
+    });
     metrics_.begin(
         [file = metrics_file_, text = std::move(text)] { (void)write_metrics(file, text); });
   } catch (const std::exception& e) {
@@ -131,7 +135,7 @@ void ControlServer::end_thread() noexcept {
   quit_ = true;
   thread_.join();
   try {
-    orders_.close();
+    commands_.close();
   } catch (const std::exception& e) {
     spdlog::error("orders: {}", e.what());
   }
@@ -149,10 +153,10 @@ bool ControlServer::stop_for(std::chrono::milliseconds patience) {
   return metrics_.stop_for(patience) && read;
 }
 
-// What a limited socket asks for beyond its rights is in the log, but can't fill it.
+// Logs requests beyond the rights of a socket, at most one line per minute.
 void ControlServer::check_allowed(const std::string& request, SocketName socket) {
   try {
-    console::check_offered(request, socket, rights());
+    console::check_access(request, console::access_of(request), socket, rights());
   } catch (const std::exception& e) {
     const auto now = std::chrono::steady_clock::now();
     ++not_allowed_;
@@ -174,8 +178,8 @@ LocalServer::Answer ControlServer::answer(std::string_view line, SocketName sock
     const console::Sender sender =
         console::sender_of(request.get<protocol::Person>(), socket, peer_uid);
     check_allowed(what, socket);
-    if (!console::is_order(what)) return readings_.answer(what, request);
-    answer = orders_.answer(what, request, sender);
+    if (console::Readings::offers(what)) return readings_.answer(what, request);
+    answer = commands_.answer(what, request, sender);
     const auto* const text = std::get_if<std::string>(&answer);
     return text != nullptr ? *text : std::string();
   });

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-// The sockets that give orders, on one thread: control.sock for all requests, page.sock and edge.sock for those that
-// loopwardend.yaml allows there. One JSON object a line; README.md in this folder has the requests.
 #pragma once
 
 #include <atomic>
@@ -12,9 +10,8 @@
 #include <string>
 #include <string_view>
 
-#include "daemon/console/offers.hpp"
-#include "daemon/console/operator_orders.hpp"
-#include "daemon/console/parts.hpp"
+#include "daemon/console/access.hpp"
+#include "daemon/console/operator_commands.hpp"
 #include "daemon/console/readings.hpp"
 #include "base/errand/disk_errand.hpp"
 #include "base/local_server.hpp"
@@ -22,27 +19,32 @@
 
 namespace loopwarden::daemon {
 
+// Serves the sockets that accept commands, on one thread: control.sock for all requests, page.sock
+// and edge.sock for the requests that loopwardend.yaml allows there. One JSON object per line;
+// README.md in this folder lists the requests.
 class ControlServer {
  public:
-  // Sockets in `folder`. Listens from now on, serves from start() on. Throws std::runtime_error.
-  ControlServer(std::filesystem::path folder, console::Parts parts, const console::Rights& rights);
+  // Listens on the sockets in `folder` at once; start() begins to serve. Throws std::runtime_error.
+  ControlServer(std::filesystem::path folder, const console::Plant& plant,
+                const console::Archive& archive, const console::DaemonInfo& info,
+                console::Operations& operations, const console::Rights& rights);
   ControlServer(const ControlServer&) = delete;
   ControlServer& operator=(const ControlServer&) = delete;
   ~ControlServer() { stop(); }
 
-  // Every 5 s from the start on, before start() only.
+  // Writes the metrics to `file` every 5 s. Call before start().
   void keep_metrics(std::filesystem::path file) { metrics_file_ = std::move(file); }
   void start();
   void stop();
-  // As stop(), but waits for the disk for at most `patience`; false if it hangs.
+  // As stop(), but waits at most `patience` for the disk. Returns false if it does not answer.
   bool stop_for(std::chrono::milliseconds patience);
   std::uint64_t ticks() const noexcept { return ticks_.load(std::memory_order_relaxed); }
 
-  // Any thread. In force for the next request; sockets come and go with the next round.
+  // Any thread. Applies to the next request; the next round opens and closes the sockets.
   void set_rights(const console::Rights& rights);
   console::Rights rights() const;
 
-  // The answer to one request line; public for tests.
+  // Returns the answer to one request line; public for tests.
   base::LocalServer::Answer answer(std::string_view line, console::SocketName socket,
                                    unsigned peer_uid);
 
@@ -56,16 +58,17 @@ class ControlServer {
   void end_thread() noexcept;
 
   std::filesystem::path folder_;
-  console::Parts parts_;
-  console::Readings readings_{parts_, "lw-reader"};
-  console::OperatorOrders orders_{parts_};
+  console::Plant plant_;
+  const console::DaemonInfo& info_;
+  console::Readings readings_;
+  console::OperatorCommands commands_;
   mutable std::mutex rights_mutex_;
   console::Rights rights_;
-  console::Rights followed_;  // the sockets are as these say
+  console::Rights followed_;  // rights of the open sockets
   std::optional<unsigned> page_group_;
   std::optional<unsigned> edge_group_;
   base::LocalServer server_;
-  std::uint64_t not_allowed_ = 0;  // requests since the log had the last one
+  std::uint64_t not_allowed_ = 0;  // requests since the last line in the log
   std::chrono::steady_clock::time_point log_again_{};
 
   std::filesystem::path metrics_file_;

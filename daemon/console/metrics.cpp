@@ -40,7 +40,7 @@ class Page {
     fmt::format_to(std::back_inserter(text_),
                    "# HELP loopwarden_{0} {2}\n# TYPE loopwarden_{0} {1}\n", name, type, help);
   }
-  // `labels` without braces; what is no number is left out.
+  // `labels` without braces. Values that are not numbers are omitted.
   void sample(const char* name, const std::string& labels, double value) {
     if (!std::isfinite(value)) return;
     fmt::format_to(std::back_inserter(text_), "loopwarden_{}{}{}{} {:.10g}\n", name,
@@ -75,12 +75,12 @@ class Page {
   std::string text_;
 };
 
-// A member of a loop's status, or of a part of it.
+// Returns a member of a loop's status, or of a part of it.
 template <auto... member>
 double of_loop(const LoopStatus& loop) {
   return static_cast<double>((loop.*....*member));
 }
-// The same of its newest cycle; no number before the first one.
+// Returns the same for its newest cycle; NaN before the first one.
 template <auto... member>
 double of_cycle(const LoopStatus& loop) {
   return loop.cycle ? (*loop.cycle.*....*member) : protocol::kNone;
@@ -147,7 +147,7 @@ constexpr LoopValue kLoopValues[] = {
     {"recording_lost_total", "counter", "rows that the disk refused",
      of_loop<&LoopStatus::recording, &Recording::rows_lost>}};
 
-// The families with samples of every loop, filled loop by loop.
+// Metric families with one sample per loop.
 class LoopPages {
  public:
   LoopPages() {
@@ -241,7 +241,7 @@ std::string metrics_text(const protocol::DaemonStatus& daemon, std::size_t loops
 }
 
 bool write_metrics(const std::filesystem::path& path, const std::string& text) {
-  // Written anew every few seconds: not worth a wait for the disk.
+  // The file is replaced every few seconds, so there is no wait for the disk.
   return !base::replace_file(path, text, {.wait_for_disk = false, .prepare = [](int fd) {
                                             constexpr mode_t kEveryoneReads = 0644;
                                             ::fchmod(fd, kEveryoneReads);

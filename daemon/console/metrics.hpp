@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The daemon's state as a text file in the format of Prometheus (text exposition format 0.0.4), for a
-// collector of files such as node_exporter's.
+// Writes the state of the daemon as a text file in the Prometheus text exposition format 0.0.4, for
+// example for the textfile collector of node_exporter.
 #pragma once
 
 #include <cstddef>
@@ -12,11 +12,11 @@
 
 namespace loopwarden::daemon {
 
-// From the parts of protocol::Status, the loops one at a time.
+// Returns the text of the metrics. `loop` returns the status of one loop.
 std::string metrics_text(const protocol::DaemonStatus& daemon, std::size_t loops,
                          const std::function<protocol::LoopStatus(std::size_t)>& loop);
 
-// Replaces the file as a whole, readable for everyone. False if the disk refuses.
+// Replaces the file, readable for all users. Returns false if the disk fails.
 bool write_metrics(const std::filesystem::path& path, const std::string& text);
 
 }  // namespace loopwarden::daemon

@@ -16,7 +16,7 @@ using protocol::Column;
 
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
-// Of an alarm, the most urgent last.
+// States of an alarm, the most urgent last.
 constexpr std::array kByUrgency{AlarmState::suppressed,
                                 AlarmState::normal,
                                 AlarmState::shelved,
@@ -32,9 +32,9 @@ std::size_t urgency(AlarmState state) {
                                   kByUrgency.begin());
 }
 
-// One loop at a glance.
+// Summary of one loop.
 struct Glance {
-  bool known = false;  // the row is of a cycle
+  bool known = false;  // the loop has run a cycle
   record::RecordRow row;
   double ne107 = kUnknown;
   double alarm = kUnknown;
@@ -45,8 +45,8 @@ struct Glance {
   bool commissioned = false;
 };
 
-// The most urgent state; of two alarms in it, the one of higher priority.
-void see_alarms(const supervision::LoopWatch& watch, Glance& glance) {
+// Finds the most urgent state; among alarms in this state, the one with the highest priority.
+void see_alarms(const supervision::AlarmSnapshot& watch, Glance& glance) {
   constexpr std::size_t kPriorities = 4;
   std::size_t worst = 0;
   for (const alarm::AlarmKind kind : alarm::kAlarmKinds) {
@@ -68,24 +68,24 @@ double lowest_known(const analysis::ConditionIndices& c) {
   double lowest = kUnknown;
   for (const double index :
        {c.control_performance, c.valve, c.actuator, c.positioner, c.environment}) {
-    lowest = std::fmin(lowest, index);  // which passes over what is no number
+    lowest = std::fmin(lowest, index);  // ignores NaN
   }
   return lowest;
 }
 
-std::vector<Glance> glance_at(const Parts& parts) {
-  std::vector<Glance> all(parts.loops.size());
+std::vector<Glance> glance_at(const Plant& plant) {
+  std::vector<Glance> all(plant.loops.size());
   for (std::size_t i = 0; i < all.size(); ++i) {
     Glance& glance = all[i];
-    glance.known = parts.historian.latest(i, glance.row);
-    glance.not_in_file = parts.loops[i].settings->gains_not_in_file().has_value();
-    glance.commissioned = parts.loops[i].commissioning->holder().has_value();
-    parts.board.look(i, [&](const supervision::LoopWatch& watch) {
+    glance.known = plant.historian.latest(i, glance.row);
+    glance.not_in_file = plant.loops[i].settings->gains_not_in_file().has_value();
+    glance.commissioned = plant.loops[i].commissioning->holder().has_value();
+    plant.alarms.look(i, [&](const supervision::AlarmSnapshot& watch) {
       see_alarms(watch, glance);
       glance.condition = lowest_known(watch.condition);
       if (!glance.known) return;
       glance.ne107 = static_cast<double>(
-          health_of(parts.loops[i].config, glance.row, watch, parts.severe_percent));
+          health_of(plant.loops[i].config, glance.row, watch, plant.severe_percent));
     });
   }
   return all;
@@ -94,7 +94,7 @@ std::vector<Glance> glance_at(const Parts& parts) {
 struct Source {
   protocol::Column column;
   double (*value)(const Glance& glance);
-  bool of_row = true;  // not known before the first cycle
+  bool of_row = true;  // unknown before the first cycle
 };
 
 constexpr std::array kSources{
@@ -122,9 +122,9 @@ static_assert(kSources.size() == protocol::kColumns);
 
 }  // namespace
 
-protocol::Overview overview(const Parts& parts) {
-  const std::vector<Glance> all = glance_at(parts);
-  protocol::Overview overview{.now_ms = parts.board.now_ms(), .config_hash = parts.config_hash()};
+protocol::Overview overview(const Plant& plant, std::uint32_t config_hash) {
+  const std::vector<Glance> all = glance_at(plant);
+  protocol::Overview overview{.now_ms = plant.alarms.now_ms(), .config_hash = config_hash};
   for (const Source& source : kSources) {
     std::vector<double>& values = overview[source.column];
     values.reserve(all.size());

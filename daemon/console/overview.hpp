@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// All loops at a glance: the answer to `overview`.
+// Returns the answer to `overview`: the summary of all loops.
 #pragma once
 
-#include "daemon/console/parts.hpp"
+#include <cstdint>
+
+#include "daemon/console/plant.hpp"
 #include "daemon/protocol/overview.hpp"
 
 namespace loopwarden::daemon::console {
 
-protocol::Overview overview(const Parts& parts);
+protocol::Overview overview(const Plant& plant, std::uint32_t config_hash);
 
 }  // namespace loopwarden::daemon::console

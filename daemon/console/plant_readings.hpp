@@ -3,33 +3,35 @@
 
 #include <string>
 
-#include "daemon/console/parts.hpp"
+#include "daemon/console/daemon_info.hpp"
+#include "daemon/console/plant.hpp"
 #include "daemon/gateway/loops_view.hpp"
 
 namespace loopwarden::daemon::console {
 
-// The loops and the box as the register map sees them. Any thread, one object each.
+// Reads the loops and the box for the register map. One object per thread.
 class PlantReadings final : public gateway::PlantView {
  public:
-  explicit PlantReadings(const Parts& parts) : parts_(parts) {}
+  PlantReadings(const Plant& plant, const DaemonInfo& info) : plant_(plant), info_(info) {}
 
-  std::size_t loops() const override { return parts_.loops.size(); }
+  std::size_t loops() const override { return plant_.loops.size(); }
   const std::string& name(std::size_t loop) const override {
-    return parts_.loops[loop].config.name;
+    return plant_.loops[loop].config.name;
   }
-  // Nor can anything be ordered of a loop that is out of service.
+  // A loop out of service takes no orders either.
   bool controlled_elsewhere(std::size_t loop) const override {
-    return parts_.loops[loop].watched() ||
-           config::out_of_service(parts_.loops[loop].config.io) != nullptr;
+    return plant_.loops[loop].watched() ||
+           config::out_of_service(plant_.loops[loop].config.io) != nullptr;
   }
   bool read_only(std::size_t loop) const override {
-    return controlled_elsewhere(loop) || parts_.loops[loop].commissioning->holder().has_value();
+    return controlled_elsewhere(loop) || plant_.loops[loop].commissioning->holder().has_value();
   }
   gateway::LoopReading read(std::size_t loop) override;
-  gateway::BoxReading box() override { return parts_.box(); }
+  gateway::BoxReading box() override { return info_.box(); }
 
  private:
-  const Parts& parts_;
+  Plant plant_;
+  const DaemonInfo& info_;
 };
 
 }  // namespace loopwarden::daemon::console

@@ -2,6 +2,7 @@
 #include "daemon/console/readings.hpp"
 
 #include <algorithm>
+#include <array>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -29,7 +30,7 @@ constexpr std::uint64_t kUsualHours = 24;
 constexpr std::uint64_t kMostHours = 720;
 constexpr std::size_t kMostCame = 50'000;
 
-// Whether the device tells where the valve stands.
+// Returns true if the device measures the position of the valve.
 bool has_read_back(const LoopRuntime& loop) {
   if (const auto* modbus = std::get_if<hal::modbus::LoopModbusSettings>(&loop.config.io)) {
     return modbus->read_back.has_value();
@@ -58,7 +59,7 @@ std::vector<std::string> classes() {
   return names;
 }
 
-// All loops as text, one after the other: as a tree they take some 30 kB each.
+// Appends one loop as text: as a JSON tree, each loop would need about 30 kB.
 void put_item(std::string& text, const json& item) {
   if (text.back() != '[') text += ',';
   text += text_of(item);
@@ -147,73 +148,67 @@ journal::JournalQuery wanted_lines(const protocol::JournalRequest& request) {
 
 }  // namespace
 
-std::size_t loop_index(const Parts& parts, const std::string& name) {
-  const std::optional<std::size_t> found = find_loop(parts.loops, name);
-  if (!found) throw RequestError("no loop '" + name + "'");
-  return *found;
+struct Readings::Request {
+  std::string_view name;
+  std::string (*answer)(Readings& from, const json& request);
+};
+
+const Readings::Request* Readings::find(std::string_view name) noexcept {
+  using From = Readings;
+  static constexpr std::array kRequests{
+      Request{"status", [](From& from, const json&) { return from.status(); }},
+      Request{"trend", [](From& from, const json& r) { return done(from.trend(r)); }},
+      Request{"alarms", [](From& from, const json&) { return from.alarms(); }},
+      Request{"alarm_design", [](From& from, const json& r) { return done(from.alarm_design(r)); }},
+      Request{"alarm_figures",
+              [](From& from, const json& r) { return done(from.alarm_figures(r)); }},
+      Request{"explain", [](From& from, const json& r) { return done(from.explain(r)); }},
+      Request{"journal", [](From& from, const json& r) { return done(from.journal(r)); }},
+      Request{"describe", [](From& from, const json&) { return done(from.describe()); }},
+      Request{"links", [](From& from, const json&) { return done(from.info_.links()); }},
+      Request{"setups",
+              [](From& from, const json&) { return done(setups_in(from.info_.configuration())); }},
+      Request{"overview",
+              [](From& from, const json&) {
+                return to_text(overview(from.plant_, from.info_.config_hash()));
+              }},
+      Request{"loop", [](From& from, const json& r) { return done(from.loop(r)); }},
+      Request{"windows", [](From& from, const json& r) { return done(from.windows(r)); }},
+      Request{"twin", [](From& from, const json& r) { return done(from.twin(r)); }},
+      Request{
+          "registers",
+          [](From& from, const json& r) { return to_text(registers(from.plant_, from.info_, r)); }},
+      Request{"reports", [](From& from, const json& r) { return done(from.reports(r)); }},
+  };
+  const auto* const found = std::find_if(kRequests.begin(), kRequests.end(),
+                                         [&](const Request& one) { return one.name == name; });
+  return found == kRequests.end() ? nullptr : found;
 }
 
-alarm::AlarmKind wanted_alarm(const std::string& name) {
-  for (const alarm::AlarmKind kind : alarm::kAlarmKinds) {
-    if (name == alarm::to_text(kind)) return kind;
-  }
-  std::string all;
-  for (const alarm::AlarmKind kind : alarm::kAlarmKinds) {
-    all += (all.empty() ? "" : ", ") + std::string(alarm::to_text(kind));
-  }
-  throw RequestError("no alarm '" + name + "'; alarms are " + all);
+bool Readings::offers(std::string_view name) noexcept { return find(name) != nullptr; }
+
+std::string Readings::answer(std::string_view name, const json& request) {
+  const Request* const found = find(name);
+  if (found == nullptr) throw RequestError("unknown request '" + std::string(name) + "'");
+  return found->answer(*this, request);
 }
 
-alarm::BoxAlarm wanted_box_alarm(const std::string& name) {
-  for (const alarm::BoxAlarm kind : alarm::kBoxAlarms) {
-    if (name == alarm::to_text(kind)) return kind;
-  }
-  std::string all;
-  for (const alarm::BoxAlarm kind : alarm::kBoxAlarms) {
-    all += (all.empty() ? "" : ", ") + std::string(alarm::to_text(kind));
-  }
-  throw RequestError("the box has no alarm '" + name + "'; its alarms are " + all);
-}
-
-std::string Readings::answer(std::string_view what, const json& request) {
-  if (what == protocol::StatusRequest::kName) return status();
-  if (what == protocol::TrendRequest::kName) return done(trend(request));
-  if (what == protocol::AlarmsRequest::kName) return alarms();
-  if (what == protocol::AlarmDesignRequest::kName) return done(alarm_design(request));
-  if (what == protocol::AlarmFiguresRequest::kName) return done(alarm_figures(request));
-  if (what == protocol::DescribeRequest::kName) return done(describe());
-  if (what == protocol::LinksRequest::kName) return done(parts_.links());
-  if (what == protocol::SetupsRequest::kName) return done(setups_in(parts_.configuration));
-  if (what == protocol::OverviewRequest::kName) return to_text(overview(parts_));
-  if (what == protocol::LoopRequest::kName) return done(loop(request));
-  if (what == protocol::WindowsRequest::kName) return done(windows(request));
-  if (what == protocol::TwinRequest::kName) {
-    const std::string text =
-        parts_.twin(loop_index(parts_, request.get<protocol::TwinRequest>().loop));
-    return done(protocol::TwinModel{text.empty() ? std::nullopt : std::optional(text)});
-  }
-  if (what == protocol::ReportsRequest::kName) return done(reports(request));
-  if (what == protocol::RegistersRequest::kName) return to_text(registers(parts_, request));
-  if (what == protocol::ExplainRequest::kName) return done(explain(request));
-  return done(journal(request));
-}
-
-// As protocol::Status.
+// Returns protocol::Status as text.
 std::string Readings::status() const {
-  std::string text = R"({"daemon":)" + text_of(parts_.daemon_status()) + R"(,"loops":[)";
-  for (std::size_t i = 0; i < parts_.loops.size(); ++i) {
-    put_item(text, loop_status(parts_, i));
+  std::string text = R"({"daemon":)" + text_of(info_.status()) + R"(,"loops":[)";
+  for (std::size_t i = 0; i < plant_.loops.size(); ++i) {
+    put_item(text, loop_status(plant_, i));
   }
   text += R"(],"ok":true})";
   return text;
 }
 
 protocol::Trend Readings::trend(const protocol::TrendRequest& request) const {
-  const std::size_t index = loop_index(parts_, request.loop);
+  const std::size_t index = loop_index(plant_, request.loop);
   const std::uint64_t most = std::min(request.most.value_or(kMostTrendRows), kMostTrendRows);
   protocol::Trend trend;
-  trend.sample_time_s = parts_.loops[index].config.sample_time_s;
-  for (const auto& row : parts_.historian.trend(index, request.from.value_or(0), most)) {
+  trend.sample_time_s = plant_.loops[index].config.sample_time_s;
+  for (const auto& row : plant_.historian.trend(index, request.from.value_or(0), most)) {
     trend.period.push_back(row.period_index);
     trend.sp.push_back(row.sp);
     trend.pv.push_back(row.pv);
@@ -226,33 +221,33 @@ protocol::Trend Readings::trend(const protocol::TrendRequest& request) const {
   return trend;
 }
 
-// As protocol::Alarms.
+// Returns protocol::Alarms as text.
 std::string Readings::alarms() const {
   std::string text = R"({"alarms":[)";
-  for (std::size_t i = 0; i < parts_.board.loops(); ++i) {
-    const supervision::LoopWatch watch = parts_.board.watch(i);
-    for (const alarm::AlarmKind kind : alarm::kAlarmKinds) {
+  for (std::size_t i = 0; i < plant_.alarms.loops(); ++i) {
+    const supervision::AlarmSnapshot watch = plant_.alarms.snapshot(i);
+    for (const model::AlarmKind kind : model::kAlarmKinds) {
       if (!watch.alarms.fitted(kind)) continue;
-      put_item(text, alarm_of(parts_.board.name(i), kind, watch));
+      put_item(text, alarm_of(plant_.alarms.name(i), kind, watch));
     }
   }
-  const alarm::BoxAlarms own = parts_.box_alarms.alarms();
-  for (const alarm::BoxAlarm kind : alarm::kBoxAlarms) put_item(text, alarm_of(kind, own));
+  const model::BoxAlarms own = plant_.box_alarms.alarms();
+  for (const model::BoxAlarm kind : model::kBoxAlarms) put_item(text, alarm_of(kind, own));
   text += R"(],"incidents":[)";
-  for (std::size_t i = 0; i < parts_.board.loops(); ++i) {
+  for (std::size_t i = 0; i < plant_.alarms.loops(); ++i) {
     std::optional<protocol::Incident> incident;
-    parts_.board.look(i, [&](const supervision::LoopWatch& watch) {
-      incident = incident_of(parts_.board.name(i), watch);
+    plant_.alarms.look(i, [&](const supervision::AlarmSnapshot& watch) {
+      incident = incident_of(plant_.alarms.name(i), watch);
     });
     if (incident) put_item(text, *incident);
   }
-  text += R"(],"now_ms":)" + std::to_string(parts_.board.now_ms()) + R"(,"ok":true})";
+  text += R"(],"now_ms":)" + std::to_string(plant_.alarms.now_ms()) + R"(,"ok":true})";
   return text;
 }
 
 protocol::AlarmDesigns Readings::alarm_design(const protocol::AlarmDesignRequest& request) const {
-  return request.loop ? alarm_designs(parts_, loop_index(parts_, *request.loop))
-                      : alarm_designs(parts_);
+  return request.loop ? alarm_designs(plant_, loop_index(plant_, *request.loop))
+                      : alarm_designs(plant_);
 }
 
 protocol::AlarmFigures Readings::alarm_figures(const protocol::AlarmFiguresRequest& request) {
@@ -260,45 +255,50 @@ protocol::AlarmFigures Readings::alarm_figures(const protocol::AlarmFiguresReque
   if (hours < 1 || hours > kMostHours) {
     throw RequestError("hours must be a whole number from 1 to 720");
   }
-  const std::int64_t now_ms = parts_.board.now_ms();
+  const std::int64_t now_ms = plant_.alarms.now_ms();
   const std::int64_t asked_ms = now_ms - static_cast<std::int64_t>(hours) * 3'600'000;
-  const auto came = reader_.ask<std::vector<alarm::AlarmCame>>(
-      [this, asked_ms, now_ms] { return parts_.journal.came(asked_ms, now_ms, kMostCame); },
+  const auto came = reader_.ask<std::vector<model::AlarmCame>>(
+      [this, asked_ms, now_ms] { return archive_.journal.came(asked_ms, now_ms, kMostCame); },
       kReaderPatience);
   if (!came) throw RequestError("the disk does not answer; the journal can't be read");
-  // Where there are more than are looked at, the figures are of the time that these reach back.
+  // If the limit is reached, the figures cover the time of the lines that were read.
   const std::int64_t from_ms = came->size() < kMostCame ? asked_ms : came->back().utc_ms + 1;
-  return figures_of(parts_, *came, from_ms, now_ms);
+  return figures_of(plant_, *came, from_ms, now_ms);
 }
 
 protocol::Description Readings::describe() const {
-  protocol::Description all = parts_.box_description();
-  for (const LoopRuntime& loop : parts_.loops) {
-    all.loops.push_back(description_of(loop, parts_.historian.recorder()));
+  protocol::Description all = info_.description();
+  for (const LoopRuntime& loop : plant_.loops) {
+    all.loops.push_back(description_of(loop, plant_.historian.recorder()));
   }
   return all;
 }
 
 protocol::LoopAnswer Readings::loop(const protocol::LoopRequest& request) const {
-  const std::size_t index = loop_index(parts_, request.loop);
-  const auto newest = parts_.board.watch(index).explanation;
-  return {.status = loop_status(parts_, index),
-          .ranges = ranges_of(parts_.loops[index].settings->get()),
+  const std::size_t index = loop_index(plant_, request.loop);
+  const auto newest = plant_.alarms.snapshot(index).explanation;
+  return {.status = loop_status(plant_, index),
+          .ranges = ranges_of(plant_.loops[index].settings->get()),
           .explanation = newest ? std::optional(told(*newest)) : std::nullopt};
+}
+
+protocol::TwinModel Readings::twin(const protocol::TwinRequest& request) const {
+  const std::string text = info_.twin(loop_index(plant_, request.loop));
+  return {text.empty() ? std::nullopt : std::optional(text)};
 }
 
 protocol::Windows Readings::windows(const protocol::WindowsRequest& request) const {
   protocol::Windows all;
   for (const supervision::LoggedWindow& one :
-       parts_.board.windows(loop_index(parts_, request.loop))) {
+       plant_.alarms.of(loop_index(plant_, request.loop)).windows()) {
     all.windows.push_back(window_of(one));
   }
   return all;
 }
 
 protocol::Reports Readings::reports(const protocol::ReportsRequest& request) const {
-  const std::string& loop = parts_.board.name(loop_index(parts_, request.loop));
-  const auto known = parts_.reports.of(loop);
+  const std::string& loop = plant_.alarms.name(loop_index(plant_, request.loop));
+  const auto known = archive_.reports.of(loop);
   if (!known) throw RequestError("the reports of before the start are being read");
   protocol::Reports all;
   for (const reports::Report& report : *known) all.reports.push_back(report_of(report));
@@ -306,15 +306,15 @@ protocol::Reports Readings::reports(const protocol::ReportsRequest& request) con
 }
 
 protocol::Explained Readings::explain_box(const protocol::ExplainRequest& request) {
-  const alarm::BoxAlarm kind = wanted_box_alarm(request.alarm);
-  const alarm::AlarmGuide guide = alarm::guide_of(kind);
-  protocol::Explained answer{.alarm = alarm_of(kind, parts_.box_alarms.alarms()),
+  const model::BoxAlarm kind = wanted_box_alarm(request.alarm);
+  const model::AlarmGuide guide = model::guide_of(kind);
+  protocol::Explained answer{.alarm = alarm_of(kind, plant_.box_alarms.alarms()),
                              .cause = guide.cause,
                              .consequence = guide.consequence,
                              .action = guide.action,
                              .time_to_act = guide.time_to_act};
   const auto rows = reader_.ask<std::vector<journal::JournalRow>>(
-      [this] { return parts_.journal.newest(kMostHistory, alarm::kBox); }, kReaderPatience);
+      [this] { return archive_.journal.newest(kMostHistory, model::kBox); }, kReaderPatience);
   answer.disk_answers = rows.has_value();
   for (const journal::JournalRow& row : rows.value_or(std::vector<journal::JournalRow>{})) {
     if (row.entry.alarm == request.alarm) answer.history.push_back(line_of(row));
@@ -323,20 +323,20 @@ protocol::Explained Readings::explain_box(const protocol::ExplainRequest& reques
 }
 
 protocol::Explained Readings::explain(const protocol::ExplainRequest& request) {
-  if (request.loop == alarm::kBox) return explain_box(request);
-  const std::size_t index = loop_index(parts_, request.loop);
-  const alarm::AlarmKind kind = wanted_alarm(request.alarm);
-  const supervision::LoopWatch watch = parts_.board.watch(index);
-  const config::AlarmTexts guide = parts_.loops[index].config.alarms.guide(kind);
+  if (request.loop == model::kBox) return explain_box(request);
+  const std::size_t index = loop_index(plant_, request.loop);
+  const model::AlarmKind kind = wanted_alarm(request.alarm);
+  const supervision::AlarmSnapshot watch = plant_.alarms.snapshot(index);
+  const config::AlarmTexts guide = plant_.loops[index].config.alarms.guide(kind);
   struct OnDisk {
     std::optional<std::filesystem::path> folder;
     std::vector<journal::JournalRow> rows;
   };
-  const std::string name = parts_.board.name(index);
+  const std::string name = plant_.alarms.name(index);
   const std::optional<OnDisk> disk = reader_.ask<OnDisk>(
       [this, name, kind] {
-        return OnDisk{parts_.evidence.newest(name, kind),
-                      parts_.journal.newest(kMostHistory, name)};
+        return OnDisk{archive_.evidence.newest(name, kind),
+                      archive_.journal.newest(kMostHistory, name)};
       },
       kReaderPatience);
   protocol::Explained answer{.alarm = alarm_of(name, kind, watch),
@@ -345,7 +345,7 @@ protocol::Explained Readings::explain(const protocol::ExplainRequest& request) {
                              .action = guide.action,
                              .time_to_act = guide.time_to_act,
                              .explanation = explanation_of(watch, kind),
-                             .monitor = monitor_of(watch, parts_.loops[index].config),
+                             .monitor = monitor_of(watch, plant_.loops[index].config),
                              .disk_answers = disk.has_value()};
   if (!disk) return answer;
   if (disk->folder) answer.evidence = disk->folder->string();
@@ -360,10 +360,10 @@ protocol::Journal Readings::journal(const protocol::JournalRequest& request) {
   if (request.loop) {
     query.loop = *request.loop == alarm::kBox
                      ? *request.loop
-                     : parts_.board.name(loop_index(parts_, *request.loop));
+                     : plant_.alarms.name(loop_index(plant_, *request.loop));
   }
   const auto rows = reader_.ask<std::vector<journal::JournalRow>>(
-      [this, query] { return parts_.journal.search(query); }, kReaderPatience);
+      [this, query] { return archive_.journal.search(query); }, kReaderPatience);
   if (!rows) throw RequestError("the disk does not answer; the journal can't be read");
   protocol::Journal all;
   for (const journal::JournalRow& row : *rows) all.lines.push_back(line_of(row));

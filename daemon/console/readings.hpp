@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the sockets show: answers the requests that only read. Each socket thread has one of its own, so that none waits
-// for another's disk.
 #pragma once
 
 #include <chrono>
@@ -9,28 +7,36 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-#include "daemon/console/parts.hpp"
+#include "daemon/console/archive.hpp"
+#include "daemon/console/daemon_info.hpp"
+#include "daemon/console/plant.hpp"
 #include "base/errand/disk_errand.hpp"
 #include "daemon/protocol/requests.hpp"
 
 namespace loopwarden::daemon::console {
 
+// Answers the requests that only read, from a table of requests. Each socket thread has one object,
+// so that no socket waits for the disk of another one.
 class Readings {
  public:
   // `reader`: name of the thread that reads journal and evidence.
-  Readings(const Parts& parts, const char* reader) : parts_(parts), reader_(reader) {}
+  Readings(const Plant& plant, const Archive& archive, const DaemonInfo& info, const char* reader)
+      : plant_(plant), archive_(archive), info_(info), reader_(reader) {}
   Readings(const Readings&) = delete;
   Readings& operator=(const Readings&) = delete;
 
   void start() { reader_.start(); }
   void stop() { reader_.stop(); }
-  // As stop(), for at most `patience`; false if the disk hangs.
+  // As stop(), but waits at most `patience`. Returns false if the disk does not answer.
   bool stop_for(std::chrono::milliseconds patience) { return reader_.stop_for(patience); }
 
-  // The answer to a request that reads. Throws RequestError.
-  std::string answer(std::string_view what, const nlohmann::json& request);
+  static bool offers(std::string_view name) noexcept;
+  // Returns the answer to the request `name`. Throws RequestError.
+  std::string answer(std::string_view name, const nlohmann::json& request);
 
  private:
+  struct Request;
+  static const Request* find(std::string_view name) noexcept;
   std::string status() const;
   protocol::Trend trend(const protocol::TrendRequest& request) const;
   std::string alarms() const;
@@ -38,24 +44,21 @@ class Readings {
   protocol::AlarmFigures alarm_figures(const protocol::AlarmFiguresRequest& request);
   protocol::Description describe() const;
   protocol::LoopAnswer loop(const protocol::LoopRequest& request) const;
+  protocol::TwinModel twin(const protocol::TwinRequest& request) const;
   protocol::Windows windows(const protocol::WindowsRequest& request) const;
   protocol::Reports reports(const protocol::ReportsRequest& request) const;
   protocol::Explained explain(const protocol::ExplainRequest& request);
   protocol::Explained explain_box(const protocol::ExplainRequest& request);
   protocol::Journal journal(const protocol::JournalRequest& request);
 
-  const Parts& parts_;
-  // The disk is its own: a request that needs it waits for a second at most, all others not at all.
+  Plant plant_;
+  Archive archive_;
+  const DaemonInfo& info_;
   base::DiskErrand reader_;
 };
 
-// What a request names. Throws RequestError.
-std::size_t loop_index(const Parts& parts, const std::string& name);
-alarm::AlarmKind wanted_alarm(const std::string& name);
-alarm::BoxAlarm wanted_box_alarm(const std::string& name);
-
-// Requests that need the disk wait so long for it. Other peers wait as long, once: behind a disk that hangs already
-// nobody waits.
+// Longest wait of a request for the disk. Other peers wait for the first such request only: while
+// the disk does not answer, further requests fail at once.
 inline constexpr std::chrono::milliseconds kReaderPatience{1000};
 
 }  // namespace loopwarden::daemon::console

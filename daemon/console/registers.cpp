@@ -27,7 +27,7 @@ const char* short_name(Table table) {
 
 struct Kind {
   const char* name;
-  double low;  // of the raw number; not finite: no bound
+  double low;  // limit of the raw number; NaN: no limit
   double high;
 };
 
@@ -60,7 +60,7 @@ protocol::Field field_of(const Register& reg) {
           .meaning = reg.meaning};
 }
 
-// As a master would read it; null where the map's mark says that it is not there.
+// Returns the value that a master reads; NaN if the register has the mark for a missing value.
 double as_read(const Register& reg, double value) {
   if (reg.type == RegisterType::f32 || !std::isfinite(value)) return value;
   const Kind kind = kind_of_values(reg);
@@ -79,20 +79,21 @@ std::vector<double> values_of(gateway::MapValues& values, bool box, std::size_t 
 
 }  // namespace
 
-protocol::Registers registers(const Parts& parts, const protocol::RegistersRequest& request) {
-  PlantReadings plant(parts);
-  const gateway::ServerState server = parts.modbus_server();
-  gateway::MapValues values(plant, server);
+protocol::Registers registers(const Plant& plant, const DaemonInfo& info,
+                              const protocol::RegistersRequest& request) {
+  PlantReadings readings(plant, info);
+  const gateway::ServerState server = info.modbus_server();
+  gateway::MapValues values(readings, server);
   protocol::Registers all;
   if (!request.values_only.value_or(false)) {
     std::vector<protocol::Field>& names = all.names.emplace();
     for (const Register& reg : registers::registers()) names.push_back(field_of(reg));
   }
-  // Not of the map, which has no process alarms.
-  all.alarm_changes = parts.board.alarm_changes() + parts.box_alarms.changes();
+  // Counts all alarms; the map has no process alarms.
+  all.alarm_changes = plant.alarms.changes() + plant.box_alarms.changes();
   all.box = values_of(values, true, 0);
-  for (std::size_t i = 0; i < plant.loops(); ++i) {
-    all.loops.push_back({plant.name(i), values_of(values, false, i)});
+  for (std::size_t i = 0; i < readings.loops(); ++i) {
+    all.loops.push_back({readings.name(i), values_of(values, false, i)});
   }
   return all;
 }

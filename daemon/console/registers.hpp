@@ -1,13 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// The answer to `registers`: the fields of the register map by name. Values are in the order of the
-// names: those of area "box" under "box", those of area "loop" under each loop's "values".
+// Returns the answer to `registers`: the fields of the register map by name. Values have the order
+// of the names: area "box" is under "box", area "loop" under the "values" of each loop.
 #pragma once
 
-#include "daemon/console/parts.hpp"
+#include "daemon/console/daemon_info.hpp"
+#include "daemon/console/plant.hpp"
 #include "daemon/protocol/requests.hpp"
 
 namespace loopwarden::daemon::console {
 
-protocol::Registers registers(const Parts& parts, const protocol::RegistersRequest& request);
+protocol::Registers registers(const Plant& plant, const DaemonInfo& info,
+                              const protocol::RegistersRequest& request);
 
 }  // namespace loopwarden::daemon::console

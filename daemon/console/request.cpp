@@ -12,7 +12,7 @@ using nlohmann::json;
 
 namespace {
 
-// Written out, a document takes a stack frame for each level: one that is all brackets would end the thread.
+// The parser needs a stack frame per level: a deeply nested document would overflow the stack.
 json parsed(std::string_view line) {
   constexpr int kDeepest = 8;
   return json::parse(line, [](int depth, json::parse_event_t, json&) {

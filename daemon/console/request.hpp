@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One line of a socket, from request to answer: a JSON object each.
+// Request and answer on a socket: one line with a JSON object each.
 #pragma once
 
 #include <functional>
@@ -13,16 +13,16 @@ namespace loopwarden::daemon::console {
 
 using protocol::RequestError;
 
-// On one line; bytes that are no UTF-8 are replaced.
+// Returns one line of text. Bytes that are not UTF-8 are replaced.
 std::string text_of(const nlohmann::json& value);
-// What a handler answers: a line without its end.
-std::string done(nlohmann::json reply);  // with "ok": true
+// Returns the answer of a handler as a line, with "ok": true, without the line break.
+std::string done(nlohmann::json reply);
 
-// The line of `handler`, or of the error that it throws. `line` may be anything.
+// Returns the line of `handler`, or a line with the error that it throws. `line` may be any bytes.
 std::string answer_line(std::string_view line,
                         const std::function<std::string(const nlohmann::json& request)>& handler);
 
-// Throws RequestError for more than 200 bytes; empty: it is not there.
+// Returns the text, or an empty one if it is missing. Throws RequestError above 200 bytes.
 std::string short_text(const protocol::Maybe<std::string>& text, const char* key);
 
 }  // namespace loopwarden::daemon::console

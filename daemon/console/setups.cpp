@@ -33,7 +33,7 @@ std::string command_for(const std::string& tag, const fs::path& configuration) {
   return command + " --config " + base::as_shell_word(configuration.string());
 }
 
-// The program that writes the file holds a lock for writing on it as long as it runs.
+// The program that writes the file holds a write lock while it runs.
 bool is_held(const base::File& file) {
   struct flock lock {};
   lock.l_type = F_RDLCK;
@@ -47,7 +47,7 @@ std::optional<std::int64_t> time_in(const json& all, const char* key) {
   return found->get<std::int64_t>();
 }
 
-// nullopt: it is no setup's, or all of it is done.
+// Returns nullopt if the file is not from a setup, or if the setup is complete.
 std::optional<protocol::SetupUnderWay> setup_in(const fs::path& path) {
   const base::File file(path, O_RDONLY | O_NOFOLLOW | O_NONBLOCK);
   struct stat status {};

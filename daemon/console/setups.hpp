@@ -7,8 +7,8 @@
 
 namespace loopwarden::daemon::console {
 
-// What `loopwarden setup` has kept in the folder `setup` of the daemon's configuration. A file that is none of a setup, or a
-// folder that can't be read, tells nothing. Reads from the disk.
+// Returns the unfinished setups in the folder `setup` of the daemon's configuration. Other files
+// and unreadable folders are skipped. Reads from the disk.
 protocol::Setups setups_in(const std::filesystem::path& configuration);
 
 }  // namespace loopwarden::daemon::console

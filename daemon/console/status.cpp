@@ -51,7 +51,7 @@ protocol::Recording recording_of(const RecordingStatus& recording) {
           .csv_error = recording.csv_error};
 }
 
-// In one line what planned_moves does, and why.
+// Returns the state of planned_moves and its reason, in one line.
 std::string says(const control::MovesState& moves) {
   using Phase = control::MovePhase;
   std::string line = moves.shadow ? "in shadow, " : "";
@@ -76,11 +76,11 @@ std::string says(const control::MovesState& moves) {
   return line;
 }
 
-// What the newest cycle says.
+// Returns the values of the newest cycle.
 protocol::Cycle cycle_of(const record::RecordRow& row, const LoopRuntime& runtime,
                          const rt::LoopSettings& settings) {
   const auto flag = [&](record::RecordFlag bit) { return (row.flags & bit) != 0; };
-  // Corrective action may have ordered them, whatever the file has.
+  // Corrective action may have started them without an entry in the file.
   const std::optional<control::MovesState> moves = runtime.channels->moves.read();
   return {.period = row.period_index,
           .time_s = static_cast<double>(row.period_index) * runtime.config.sample_time_s,
@@ -88,7 +88,7 @@ protocol::Cycle cycle_of(const record::RecordRow& row, const LoopRuntime& runtim
           .pv = row.pv,
           .co = row.co,
           .stem = row.stem,
-          // Where a ramp goes: what an order's `expect` is held against.
+          // The end of a ramp, which the `expect` of an order is compared with.
           .set_point_wanted = runtime.channels->set_point_wanted.load(std::memory_order_relaxed),
           .mode = control::to_text(static_cast<control::Mode>(row.mode)),
           .requested_mode = control::to_text(static_cast<control::Mode>(row.requested_mode)),
@@ -114,10 +114,10 @@ protocol::Cycle cycle_of(const record::RecordRow& row, const LoopRuntime& runtim
           .ne107 = {}};
 }
 
-// Of a specialist: how sure it is that this is its window.
+// Returns the probability that a specialist gives to its condition.
 double probability_of(const supervision::LoggedWindow& window, specialist::Condition condition) {
-  const auto p = [&](alarm::AlarmKind kind) {
-    return static_cast<double>(window.probability[alarm::index_of(kind)]);
+  const auto p = [&](model::AlarmKind kind) {
+    return static_cast<double>(window.probability[model::index_of(kind)]);
   };
   switch (condition) {
     case specialist::Condition::stiction: return p(alarm::AlarmKind::stiction);
@@ -133,21 +133,21 @@ double probability_of(const supervision::LoggedWindow& window, specialist::Condi
 }
 
 const char* verdict_text(const supervision::LoggedWindow& window) {
-  using Result = alarm::WindowJudgement::Result;
-  return window.result == Result::fault ? alarm::to_text(window.fault)
-                                        : alarm::to_text(window.result);
+  using Result = model::WindowJudgement::Result;
+  return window.result == Result::fault ? model::to_text(window.fault)
+                                        : model::to_text(window.result);
 }
 
-// Six digits: a float has no more.
+// Rounds to the six digits of a float.
 double rounded(double value) {
   return std::isfinite(value) ? std::stod(fmt::format("{:.6g}", value)) : value;
 }
 
 }  // namespace
 
-protocol::Alarm alarm_of(const std::string& loop, alarm::AlarmKind kind,
-                         const supervision::LoopWatch& watch) {
-  const alarm::Alarm& alarm = watch.alarms.alarm(kind);
+protocol::Alarm alarm_of(const std::string& loop, model::AlarmKind kind,
+                         const supervision::AlarmSnapshot& watch) {
+  const model::Alarm& alarm = watch.alarms.alarm(kind);
   const auto cause = watch.alarms.cause_of(kind);
   const bool follows = alarm.active() && cause.has_value();
   const alarm::AlarmMemory& memory = alarm.memory();
@@ -186,8 +186,8 @@ protocol::Alarm alarm_of(alarm::BoxAlarm kind, const alarm::BoxAlarms& alarms) {
 }
 
 std::optional<protocol::Incident> incident_of(const std::string& loop,
-                                              const supervision::LoopWatch& watch) {
-  const alarm::Incident& known = watch.incident.incident();
+                                              const supervision::AlarmSnapshot& watch) {
+  const model::Incident& known = watch.incident.incident();
   if (!known.there()) return std::nullopt;
   const auto seconds = [](std::int64_t ms) { return static_cast<double>(ms) / 1000.0; };
   protocol::Incident incident{
@@ -232,20 +232,20 @@ protocol::Explanation told(const Explanation& e) {
           .folder = e.folder.string()};
 }
 
-std::optional<protocol::Explanation> explanation_of(const supervision::LoopWatch& watch,
-                                                    alarm::AlarmKind kind) {
-  if (const auto& own = watch.explanations[alarm::index_of(kind)]) return told(*own);
+std::optional<protocol::Explanation> explanation_of(const supervision::AlarmSnapshot& watch,
+                                                    model::AlarmKind kind) {
+  if (const auto& own = watch.explanations[model::index_of(kind)]) return told(*own);
   const auto& newest = watch.explanation;
   if (!newest) return std::nullopt;
-  // What joined an incident has its explanation.
-  const alarm::Incident& incident = watch.incident.incident();
+  // Alarms that joined an incident share its explanation.
+  const model::Incident& incident = watch.incident.incident();
   const bool same =
       incident.has(kind) && incident.has(newest->alarm) && newest->raised_ms >= incident.opened_ms;
   return same || newest->final_name == kind ? std::optional(told(*newest)) : std::nullopt;
 }
 
-// What a source tells on change alone, and what that hides.
-std::string source_text(const supervision::LoopWatch& watch, const config::LoopConfig& loop) {
+// Returns the compression by the source, and the smallest fault that is visible with it.
+std::string source_text(const supervision::AlarmSnapshot& watch, const config::LoopConfig& loop) {
   const auto of = [](const char* name, const analysis::ArchivedSignal& kept, double span) {
     if (kept.kind == analysis::ArchiveKind::none) return std::string();
     if (!(kept.deviation > 0.0) || !(span > 0.0)) return fmt::format("{} too seldom to tell", name);
@@ -262,8 +262,8 @@ std::string source_text(const supervision::LoopWatch& watch, const config::LoopC
                          : "routine evidence can't tell");
 }
 
-// What the twin says beside its alarm.
-std::optional<protocol::TwinRemarks> remarks_of(const supervision::LoopWatch& watch) {
+// Returns the findings of the twin without an alarm.
+std::optional<protocol::TwinRemarks> remarks_of(const supervision::AlarmSnapshot& watch) {
   if (!watch.twin) return std::nullopt;
   protocol::TwinRemarks told{.judging = watch::to_text(watch.twin->judging),
                              .controller_not_watched = watch.controller_not_watched};
@@ -280,7 +280,7 @@ std::optional<protocol::TwinRemarks> remarks_of(const supervision::LoopWatch& wa
   return told;
 }
 
-std::vector<protocol::RoutineLevel> routine_of(const supervision::LoopWatch& watch) {
+std::vector<protocol::RoutineLevel> routine_of(const supervision::AlarmSnapshot& watch) {
   std::vector<protocol::RoutineLevel> levels;
   for (const watch::RoutineWatch::Progress& one : watch.routine) {
     if (one.window_s <= 0.0) continue;
@@ -298,8 +298,9 @@ std::vector<protocol::RoutineLevel> routine_of(const supervision::LoopWatch& wat
   return levels;
 }
 
-protocol::Monitor monitor_of(const supervision::LoopWatch& watch, const config::LoopConfig& loop) {
-  const alarm::WindowMeasures& m = watch.measures;
+protocol::Monitor monitor_of(const supervision::AlarmSnapshot& watch,
+                             const config::LoopConfig& loop) {
+  const model::WindowMeasures& m = watch.measures;
   const analysis::ConditionIndices& condition = watch.condition;
   const bool no_size = watch.judgement.result == alarm::WindowJudgement::Result::fault &&
                        !alarm::has_size(watch.judgement.fault);
@@ -338,8 +339,8 @@ protocol::Monitor monitor_of(const supervision::LoopWatch& watch, const config::
 }
 
 protocol::JudgedWindow window_of(const supervision::LoggedWindow& window) {
-  const bool before_judge = window.state == alarm::WindowState::valid ||
-                            window.state == alarm::WindowState::not_enough_movement;
+  const bool before_judge = window.state == model::WindowState::valid ||
+                            window.state == model::WindowState::not_enough_movement;
   protocol::JudgedWindow all{.time_ms = window.utc_ms};
   if (window.state != alarm::WindowState::valid) all.suppressed = alarm::to_text(window.state);
   if (!before_judge) return all;
@@ -403,12 +404,12 @@ protocol::LoopGains gains_of(const CurrentSettings& current, const control::PidG
 
 }  // namespace
 
-protocol::LoopStatus loop_status(const Parts& parts, std::size_t index) {
-  const LoopRuntime& runtime = parts.loops[index];
+protocol::LoopStatus loop_status(const Plant& plant, std::size_t index) {
+  const LoopRuntime& runtime = plant.loops[index];
   const config::LoopConfig& config = runtime.config;
   const rt::LoopSettings settings = runtime.settings->get();
   const protocol::Ranges ranges = ranges_of(settings);
-  const supervision::LoopWatch watch = parts.board.watch(index);
+  const supervision::AlarmSnapshot watch = plant.alarms.snapshot(index);
   const auto position_age_ms =
       static_cast<double>(runtime.channels->position_age_ms.load(std::memory_order_relaxed));
   protocol::LoopStatus loop{
@@ -421,7 +422,7 @@ protocol::LoopStatus loop_status(const Parts& parts, std::size_t index) {
       .co_range = ranges.co_range,
       .sample_time_s = config.sample_time_s,
       .io = io_of(runtime.device().counters()),
-      .recording = recording_of(parts.historian.status(index)),
+      .recording = recording_of(plant.historian.status(index)),
       .monitor = monitor_of(watch, config),
       .orders_refused = runtime.channels->orders_refused.load(std::memory_order_relaxed),
       .position_age_ms = position_age_ms < 0.0 ? protocol::kNone : position_age_ms};
@@ -438,9 +439,9 @@ protocol::LoopStatus loop_status(const Parts& parts, std::size_t index) {
     loop.gains = gains_of(*runtime.settings, settings.controller.pid.gains);
   }
   record::RecordRow row;
-  if (!parts.historian.latest(index, row)) return loop;
+  if (!plant.historian.latest(index, row)) return loop;
   loop.cycle = cycle_of(row, runtime, settings);
-  loop.cycle->ne107 = alarm::to_text(health_of(config, row, watch, parts.severe_percent));
+  loop.cycle->ne107 = model::to_text(health_of(config, row, watch, plant.severe_percent));
   return loop;
 }
 

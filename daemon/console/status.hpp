@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What loops, alarms and windows are in the daemon's answers.
+// Converts loops, alarms and windows to the types of the daemon's answers.
 #pragma once
 
 #include <cstdint>
@@ -11,23 +11,24 @@
 
 namespace loopwarden::daemon::console {
 
-// One loop's part of `status`.
-// Who controls it: here, elsewhere.
+// Returns "here" or "elsewhere".
 const char* control_of(const LoopRuntime& loop);
-protocol::LoopStatus loop_status(const Parts& parts, std::size_t loop);
-// The ends of a loop's ranges and what its orders must keep to, as in force.
+// Returns the part of `status` for one loop.
+protocol::LoopStatus loop_status(const Plant& plant, std::size_t loop);
+// Returns the ranges of a loop and the limits for its orders, as in force.
 protocol::Ranges ranges_of(const rt::LoopSettings& settings);
 
 protocol::Alarm alarm_of(const std::string& loop, alarm::AlarmKind kind,
-                         const supervision::LoopWatch& watch);
+                         const supervision::AlarmSnapshot& watch);
 protocol::Alarm alarm_of(alarm::BoxAlarm kind, const alarm::BoxAlarms& alarms);
-// The loop's newest; nothing: it has had none.
+// Returns the newest incident of the loop, if it has had one.
 std::optional<protocol::Incident> incident_of(const std::string& loop,
-                                              const supervision::LoopWatch& watch);
-protocol::Monitor monitor_of(const supervision::LoopWatch& watch, const config::LoopConfig& loop);
+                                              const supervision::AlarmSnapshot& watch);
+protocol::Monitor monitor_of(const supervision::AlarmSnapshot& watch,
+                             const config::LoopConfig& loop);
 protocol::Explanation told(const Explanation& explanation);
-// Of this alarm, under its first or its final name.
-std::optional<protocol::Explanation> explanation_of(const supervision::LoopWatch& watch,
+// Returns the explanation of this alarm, by its first or its final name.
+std::optional<protocol::Explanation> explanation_of(const supervision::AlarmSnapshot& watch,
                                                     alarm::AlarmKind kind);
 protocol::JudgedWindow window_of(const supervision::LoggedWindow& window);
 protocol::JournalLine line_of(const journal::JournalRow& row);

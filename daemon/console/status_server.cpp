@@ -7,7 +7,8 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "daemon/console/offers.hpp"
+#include "daemon/console/access.hpp"
+#include "daemon/console/operator_commands.hpp"
 #include "daemon/console/request.hpp"
 #include "base/group_access.hpp"
 
@@ -19,8 +20,9 @@ constexpr double kLinesPerSecond = 200.0;
 
 }  // namespace
 
-StatusServer::StatusServer(const std::filesystem::path& folder, console::Parts parts)
-    : parts_(std::move(parts)) {
+StatusServer::StatusServer(const std::filesystem::path& folder, const console::Plant& plant,
+                           const console::Archive& archive, const console::DaemonInfo& info)
+    : readings_(plant, archive, info, "lw-reader-2") {
   server_.listen({.path = (folder / "status.sock").string(),
                   .group = base::group_id("loopwarden-status"),
                   .most_peers = kMostReaders,
@@ -60,7 +62,7 @@ bool StatusServer::stop_for(std::chrono::milliseconds patience) {
 std::string StatusServer::answer(std::string_view line) {
   return console::answer_line(line, [&](const nlohmann::json& request) {
     const std::string what = protocol::name_of(request);
-    console::check_offered(what, console::SocketName::status, {});
+    console::check_access(what, console::access_of(what), console::SocketName::status, {});
     return readings_.answer(what, request);
   });
 }

@@ -6,7 +6,7 @@
 #include <limits>
 #include <utility>
 
-#include "daemon/rt/order.hpp"
+#include "daemon/rt/command.hpp"
 #include "record/record_row.hpp"
 
 namespace loopwarden::daemon::external {
@@ -138,8 +138,8 @@ void WatchCycle::run(const hal::CycleTime& time, std::uint64_t missed) noexcept 
           : -1.0F,
       std::memory_order_relaxed);
   channels_.set_point_wanted.store(sp, std::memory_order_relaxed);
-  channels_.standing.store(rt::packed({.mode = last_mode_, .output_known = std::isfinite(co)}),
-                           std::memory_order_release);
+  channels_.availability.store(rt::packed({.mode = last_mode_, .output_known = std::isfinite(co)}),
+                               std::memory_order_release);
   report(fault, fault == Fault::output_unknown ? output.reason : pv.reason, mode, co);
 }
 

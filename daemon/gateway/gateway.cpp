@@ -65,7 +65,7 @@ void Gateway::start() {
 void Gateway::stop() {
   quit_ = true;
   thread_.join();
-  loops_.close_orders();
+  loops_.close_commands();
 }
 
 void Gateway::serve(std::chrono::milliseconds timeout) {
@@ -120,23 +120,23 @@ void Gateway::watch_master() {
   spdlog::warn("Modbus master: no heartbeat for {:.3g} s", master_.timeout_s);
   write_down_loss("master lost");
   if (master_.action == MasterLossAction::report) return;
-  const rt::Order order{.mode = master_.action == MasterLossAction::manual
-                                    ? control::Mode::manual
-                                    : control::Mode::automatic};
+  const rt::Command command{.mode = master_.action == MasterLossAction::manual
+                                        ? control::Mode::manual
+                                        : control::Mode::automatic};
   for (std::size_t i = 0; i < loops_.loops(); ++i) {
     // Manual is also sent to loops that are being commissioned, because it is the safer mode.
-    const bool manual = order.mode == control::Mode::manual;
+    const bool manual = command.mode == control::Mode::manual;
     if (manual ? loops_.controlled_elsewhere(i) : loops_.read_only(i)) continue;
-    if (loops_.read(i).standing.mode == order.mode) continue;  // in force already: not a command
+    if (loops_.read(i).availability.mode == command.mode) continue;  // in force already: not a command
     journal::JournalEntry line;
     line.kind = journal::JournalEntry::Kind::system;
     line.utc_ms = loops_.box().utc_ms;
     line.loop = loops_.name(i);
     line.what = "mode";
-    line.new_value = order.mode == control::Mode::manual ? "0" : "1";
+    line.new_value = command.mode == control::Mode::manual ? "0" : "1";
     line.reason = "master lost";
-    if (loops_.has_room_for_order(i)) {
-      loops_.order(i, order, {std::move(line)});
+    if (loops_.has_room_for_command(i)) {
+      loops_.send(i, command, {std::move(line)});
     } else {
       line.result = "refused: too many commands at once";
       loops_.write_down(std::move(line));

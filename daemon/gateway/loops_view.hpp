@@ -21,7 +21,7 @@ namespace loopwarden::daemon::gateway {
 
 // The state of one loop at one moment.
 struct LoopReading {
-  explicit LoopReading(const supervision::LoopWatch& watched) : watch(watched) {}
+  explicit LoopReading(const supervision::AlarmSnapshot& watched) : watch(watched) {}
 
   bool running = false;  // the row is from a cycle
   record::RecordRow row;
@@ -29,11 +29,11 @@ struct LoopReading {
   double set_point_wanted = 0.0;  // PV units, end of the ramp
   // CO units, output that manual holds or moves to; NaN: unknown
   double output_wanted = rt::kOutputNotKnown;
-  rt::LoopSettings settings;  // in force, ranges and limits included
-  rt::Standing standing;      // values that the next order will find
+  rt::LoopSettings settings;          // in force, ranges and limits included
+  rt::LoopAvailability availability;  // what the next order will find
   std::uint32_t orders_refused = 0;
-  std::optional<control::MovesState> moves;  // planned moves, if active
-  supervision::LoopWatch watch;
+  std::optional<control::MovesState> moves;  // planned moves, where there are
+  supervision::AlarmSnapshot watch;
   alarm::Ne107 ne107 = alarm::Ne107::normal;
   bool simulated = false;
   std::uint64_t dropped = 0;  // cycles lost by recorder and monitor
@@ -79,19 +79,18 @@ class PlantView {
 
 class LoopsView : public PlantView {
  public:
-  // Returns whether the loop's mailbox is free. Only the gateway's thread fills it.
-  virtual bool has_room_for_order(std::size_t loop) = 0;
-  // Sends an order. The loop's next cycle takes it. The journal gets the lines, with the cycle's
-  // result.
-  virtual void order(std::size_t loop, const rt::Order& order,
-                     std::vector<journal::JournalEntry> lines) = 0;
-  // Collects the available answers. Returns true while some are outstanding.
+  // Only the gateway's thread fills the loop's mailbox.
+  virtual bool has_room_for_command(std::size_t loop) = 0;
+  // Taken by the loop's next cycle. The lines go to the journal with what the cycle made of the order.
+  virtual void send(std::size_t loop, const rt::Command& command,
+                    std::vector<journal::JournalEntry> lines) = 0;
+  // Takes the answers to orders that are there; true while some are still to come.
   virtual bool collect_answers() = 0;
-  // Call it after the loops have ended. Unanswered orders are written to the journal as not taken.
-  virtual void close_orders() = 0;
-  // The next four functions don't wait. They return the journal's ticket; 0: no effect.
-  virtual std::uint64_t act(std::size_t loop, const supervision::AlarmOrder& order) = 0;
-  // Acknowledges alarms of these kinds on every loop.
+  // The loops have ended: orders without an answer are written down as not taken.
+  virtual void close_commands() = 0;
+  // The next four wait for nothing. They return the journal's ticket of what was done, 0: nothing was.
+  virtual std::uint64_t act(std::size_t loop, const supervision::AlarmCommand& command) = 0;
+  // Of every loop, alarms of these kinds.
   virtual std::uint64_t acknowledge_all(std::span<const alarm::AlarmKind> kinds,
                                         const std::string& peer) = 0;
   virtual std::uint64_t veto(std::size_t loop, bool vetoed, const std::string& peer) = 0;

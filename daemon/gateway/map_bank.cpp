@@ -13,7 +13,7 @@
 #include <utility>
 
 #include "daemon/journal/repeated_refusals.hpp"
-#include "daemon/orders/order_text.hpp"
+#include "daemon/commands/command_text.hpp"
 #include "hal/contract/sample.hpp"
 #include "hal/modbus/register_codec.hpp"
 #include "daemon/registers/register_map.hpp"
@@ -86,9 +86,9 @@ struct MapBank::Wish {
 };
 
 // All changes that a request makes to one loop, for its cycle.
-struct MapBank::LoopOrder {
+struct MapBank::LoopCommand {
   std::size_t loop = 0;
-  rt::Order order{};
+  rt::Command command{};
   std::vector<const Wish*> wishes{};  // the writes that the order consists of
 };
 
@@ -180,8 +180,9 @@ bool is_momentary(const Register& reg) noexcept {
 // In manual the commanded output is in force: the device may round it, or the command may be on its
 // way.
 bool is_output_in_force(double value, bool reads_so, const LoopReading& loop) {
-  if (!loop.standing.output_known) return false;
-  if (loop.standing.mode == Mode::automatic || loop.standing.output_in_fault) return reads_so;
+  if (!loop.availability.output_known) return false;
+  if (loop.availability.mode == Mode::automatic || loop.availability.output_in_fault)
+    return reads_so;
   const control::ControllerSettings& controller = loop.settings.controller;
   const control::PidSettings& pid = controller.pid;
   if (rt::is_same(value, loop.output_wanted, pid.output_low, pid.output_high)) return true;
@@ -208,7 +209,7 @@ void MapBank::find_in_force(std::vector<Wish>& wishes, MapValues& snapshot) cons
     };
     if (wish.is(Field::wanted_mode)) {
       const Mode mode = wish.value == 0.0 ? Mode::manual : Mode::automatic;
-      wish.in_force = mode == loop.standing.mode;
+      wish.in_force = mode == loop.availability.mode;
       if (!wish.in_force) new_modes[wish.loop] = mode;
     } else if (wish.is(Field::wanted_sp, Field::wanted_sp_scaled)) {
       const hal::PvCheckSettings& range = loop.settings.pv_check;
@@ -228,29 +229,29 @@ void MapBank::find_in_force(std::vector<Wish>& wishes, MapValues& snapshot) cons
   }
 }
 
-std::vector<MapBank::LoopOrder> MapBank::orders_of(const std::vector<Wish>& wishes) {
-  std::vector<LoopOrder> orders;
+std::vector<MapBank::LoopCommand> MapBank::orders_of(const std::vector<Wish>& wishes) {
+  std::vector<LoopCommand> commands;
   for (const Wish& wish : wishes) {
-    if (wish.reg->area != registers::Area::loop || is_momentary(*wish.reg) || wish.in_force)
-      continue;
-    if (orders.empty() || orders.back().loop != wish.loop) orders.push_back({.loop = wish.loop});
-    LoopOrder& of_loop = orders.back();
+    if (wish.reg->area != map::Area::loop || is_momentary(*wish.reg) || wish.in_force) continue;
+    if (commands.empty() || commands.back().loop != wish.loop)
+      commands.push_back({.loop = wish.loop});
+    LoopCommand& of_loop = commands.back();
     of_loop.wishes.push_back(&wish);
     if (wish.is(Field::wanted_mode)) {
-      of_loop.order.mode = wish.value == 0.0 ? Mode::manual : Mode::automatic;
+      of_loop.command.mode = wish.value == 0.0 ? Mode::manual : Mode::automatic;
     } else if (wish.is(Field::wanted_sp, Field::wanted_sp_scaled)) {
-      of_loop.order.set_point = wish.value;
+      of_loop.command.set_point = wish.value;
     } else if (wish.is(Field::wanted_output, Field::wanted_output_scaled)) {
-      of_loop.order.output = wish.value;
+      of_loop.command.output = wish.value;
     } else if (wish.is(Field::kp)) {
-      of_loop.order.kp = wish.value;
+      of_loop.command.kp = wish.value;
     } else if (wish.is(Field::ki)) {
-      of_loop.order.ki = wish.value;
+      of_loop.command.ki = wish.value;
     } else if (wish.is(Field::kd)) {
-      of_loop.order.kd = wish.value;
+      of_loop.command.kd = wish.value;
     }
   }
-  return orders;
+  return commands;
 }
 
 journal::JournalEntry MapBank::line_of(const Wish& wish, const Peer& peer, MapValues& snapshot) {
@@ -286,24 +287,24 @@ Exception MapBank::write(Table table, std::uint16_t address, std::span<const std
     return exception;
   };
   if (unsound != Exception::none) return refuse(unsound, "outside its limits");
-  std::vector<LoopOrder> orders = orders_of(wishes);
-  for (const LoopOrder& asked : orders) {
+  std::vector<LoopCommand> commands = orders_of(wishes);
+  for (const LoopCommand& asked : commands) {
     const LoopReading& loop = snapshot.loop(asked.loop);
-    const rt::Refusal refusal =
-        rt::judge(asked.order, loop.standing, loop.settings, loop.settings.controller.jacket.form);
+    const rt::Refusal refusal = rt::judge(asked.command, loop.availability, loop.settings,
+                                          loop.settings.controller.jacket.form);
     if (refusal != rt::Refusal::none) {
       return refuse(rt::is_out_of_limits(refusal) ? Exception::illegal_value : Exception::busy,
-                    orders::why_refused(refusal, asked.order, loop.settings));
+                    commands::why_refused(refusal, asked.command, loop.settings));
     }
-    if (!loops_.has_room_for_order(asked.loop)) {
+    if (!loops_.has_room_for_command(asked.loop)) {
       return refuse(Exception::busy, "too many commands at once");
     }
   }
-  for (LoopOrder& asked : orders) {
+  for (LoopCommand& asked : commands) {
     std::vector<journal::JournalEntry> lines;
     for (const Wish* wish : asked.wishes) lines.push_back(line_of(*wish, peer, snapshot));
-    asked.order.ends_commissioning = loops_.read_only(asked.loop);
-    loops_.order(asked.loop, asked.order, std::move(lines));
+    asked.command.ends_commissioning = loops_.read_only(asked.loop);
+    loops_.send(asked.loop, asked.command, std::move(lines));
   }
   for (const Wish& wish : wishes) {
     if (wish.is(Field::master_heartbeat)) {
@@ -341,13 +342,14 @@ void MapBank::act(const Wish& wish, const Peer& peer, MapValues& snapshot) {
     return done(loops_.veto(wish.loop, wish.value != 0.0, peer.name));
   }
   if (wish.is(Field::calm)) return calm(wish, peer);
-  supervision::AlarmOrder order{alarm_of(*wish.reg), AlarmAction::acknowledge, 0, peer.name, {}};
+  supervision::AlarmCommand command{
+      alarm_of(*wish.reg), AlarmAction::acknowledge, 0, peer.name, {}};
   if (wish.is(Field::shelve_minutes)) {
     // A master may write back the minutes that it has read, up to a minute later.
     const double left = snapshot.value(*wish.reg, wish.loop);
     if (left > 0.0 && (wish.value == left || wish.value == left + 1.0)) return;
-    order.action = wish.value == 0.0 ? AlarmAction::unshelve : AlarmAction::shelve;
-    order.shelve_ms = static_cast<std::int64_t>(wish.value) * kMinute;
+    command.action = wish.value == 0.0 ? AlarmAction::unshelve : AlarmAction::shelve;
+    command.shelve_ms = static_cast<std::int64_t>(wish.value) * kMinute;
   } else {
     if (wish.value == 0.0) return;  // the rest state of a momentary coil is 0
     if (wish.is(Field::acknowledge_all)) {
@@ -356,18 +358,18 @@ void MapBank::act(const Wish& wish, const Peer& peer, MapValues& snapshot) {
     if (wish.is(Field::acknowledge_process, Field::unshelve_process)) {
       return act_on_process_alarms(wish, peer);
     }
-    if (wish.is(Field::reset)) order.action = AlarmAction::reset;
-    if (wish.is(Field::unshelve)) order.action = AlarmAction::unshelve;
+    if (wish.is(Field::reset)) command.action = AlarmAction::reset;
+    if (wish.is(Field::unshelve)) command.action = AlarmAction::unshelve;
   }
-  done(loops_.act(wish.loop, order));
+  done(loops_.act(wish.loop, command));
 }
 
 // Starts planned moves only if they are offered. An earlier write was not meant for this offer.
 void MapBank::calm(const Wish& wish, const Peer& peer) {
   if (wish.value == 0.0) return;
   MapValues now(loops_, server_);
-  const supervision::LoopWatch& watch = now.loop(wish.loop).watch;
-  if (watch.ordered || watch.corrective != alarm::CorrectiveState::offered) return;
+  const supervision::AlarmSnapshot& watch = now.loop(wish.loop).watch;
+  if (watch.ordered || watch.corrective != model::CorrectiveState::offered) return;
   ticket_ = std::max(ticket_, loops_.begin_offered(wish.loop, peer.name));
 }
 

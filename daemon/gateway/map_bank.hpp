@@ -42,13 +42,13 @@ class MapBank final : public RegisterBank {
 
  private:
   struct Wish;
-  struct LoopOrder;
+  struct LoopCommand;
   Exception collect(registers::Table table, std::uint16_t address,
                     std::span<const std::uint16_t> values, std::vector<Wish>& wishes) const;
   static bool takes_back(const std::vector<Wish>& wishes, std::size_t loop);
   Exception check(std::vector<Wish>& wishes, MapValues& snapshot);
   void find_in_force(std::vector<Wish>& wishes, MapValues& snapshot) const;
-  static std::vector<LoopOrder> orders_of(const std::vector<Wish>& wishes);
+  static std::vector<LoopCommand> orders_of(const std::vector<Wish>& wishes);
   journal::JournalEntry line_of(const Wish& wish, const Peer& peer, MapValues& snapshot);
   bool is_new(const Wish& wish, const Peer& peer, double now_s);
   void act(const Wish& wish, const Peer& peer, MapValues& snapshot);

@@ -23,16 +23,16 @@ void BoxBoard::look(const BoxReport& report, std::int64_t monotonic_ms) {
   if (alarms_.found(report.found, monotonic_ms, utc_ms_())) write_changes(before);
 }
 
-supervision::OrderResult BoxBoard::act(const BoxOrder& order) {
+supervision::CommandResult BoxBoard::act(const BoxCommand& order) {
   const std::lock_guard lock(mutex_);
   return act_locked(order);
 }
 
-supervision::OrderResult BoxBoard::act_locked(const BoxOrder& order) {
-  const alarm::BoxAlarms before = alarms_;
+supervision::CommandResult BoxBoard::act_locked(const BoxCommand& order) {
+  const model::BoxAlarms before = alarms_;
   const std::int64_t now_ms = utc_ms_();
-  const alarm::Alarm& alarm = alarms_.alarm(order.kind);
-  supervision::OrderResult result;
+  const model::Alarm& alarm = alarms_.alarm(order.kind);
+  supervision::CommandResult result;
   result.accepted = alarms_.act(order.kind, order.action, now_ms, now_ms + order.shelve_ms);
   if (!result.accepted) result.why = why_refused(order, alarm::kBox, alarm);
   const std::uint64_t ordered =

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "daemon/journal/journal.hpp"
-#include "daemon/supervision/alarm_order.hpp"
+#include "daemon/supervision/alarm_command.hpp"
 #include "model/alarm/box_alarms.hpp"
 
 namespace loopwarden::daemon::host {
@@ -23,7 +23,7 @@ struct BoxReport {
   std::array<std::string, alarm::kBoxAlarmCount> why{};
 };
 
-using BoxOrder = supervision::OrderOf<alarm::BoxAlarm>;
+using BoxCommand = supervision::AlarmCommandOf<alarm::BoxAlarm>;
 
 // Alarms that were acknowledged together.
 struct BoxAcknowledged {
@@ -43,7 +43,7 @@ class BoxBoard {
   void restore(const journal::AlarmStates& states);
   void look(const BoxReport& report, std::int64_t monotonic_ms);
 
-  supervision::OrderResult act(const BoxOrder& order);
+  supervision::CommandResult act(const BoxCommand& order);
   // Acknowledges every waiting alarm.
   BoxAcknowledged acknowledge_all(const std::string& peer, const std::string& reason);
 
@@ -56,7 +56,7 @@ class BoxBoard {
  private:
   // Writes the changed alarms to the journal. Returns the last ticket.
   std::uint64_t write_changes(const alarm::BoxAlarms& before);
-  supervision::OrderResult act_locked(const BoxOrder& order);
+  supervision::CommandResult act_locked(const BoxCommand& order);
 
   journal::Journal& journal_;
   std::function<std::int64_t()> utc_ms_;

@@ -45,8 +45,8 @@ bool Commissioning::give_back() {
   return was;
 }
 
-void Commissioning::check_order(const std::optional<std::uint64_t>& session,
-                                Clock::time_point now) {
+void Commissioning::check_command(const std::optional<std::uint64_t>& session,
+                                  Clock::time_point now) {
   const std::lock_guard lock(mutex_);
   if (session) {
     show_life(*session, now);

@@ -35,7 +35,7 @@ class Commissioning {
   bool give_back();
   // Throws RequestError if a command with this session, or without one, must not move the loop.
   // Otherwise it counts as a sign of life.
-  void check_order(const std::optional<std::uint64_t>& session, Clock::time_point now);
+  void check_command(const std::optional<std::uint64_t>& session, Clock::time_point now);
   // Returns whether the holder has been silent for too long. Its session has then ended, and the
   // loop stays out of service until it is released.
   bool silent(Clock::time_point now);

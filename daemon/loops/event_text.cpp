@@ -53,7 +53,7 @@ EventText describe(const rt::Event& event, const config::LoopConfig& loop) {
       return {Severity::warning,
               fmt::format("new settings wait until CO is inside their limits; {}",
                           output_text(event.value, loop))};
-    case rt::EventCode::order_refused:
+    case rt::EventCode::command_refused:
       return {Severity::warning,
               fmt::format("order refused: {}", rt::to_text(static_cast<rt::Refusal>(event.a)))};
     case rt::EventCode::result_not_finite:

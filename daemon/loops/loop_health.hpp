@@ -12,6 +12,7 @@ namespace loopwarden::daemon {
 bool is_simulated(const config::LoopConfig& config) noexcept;
 
 alarm::Ne107 health_of(const config::LoopConfig& config, const record::RecordRow& row,
-                       const supervision::LoopWatch& watch, double severe_percent) noexcept;
+                                     const supervision::AlarmSnapshot& watch,
+                                     double severe_percent) noexcept;
 
 }  // namespace loopwarden::daemon

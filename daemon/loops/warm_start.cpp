@@ -26,7 +26,7 @@ const char* word_of(Start::AfterRestart after) noexcept {
 
 // Returns why a loop can't continue with the last set point; empty: its unit and range are
 // unchanged and its limits allow it.
-std::string why_not_set_point(const config::LoopConfig& loop, const LastOrder& last) {
+std::string why_not_set_point(const config::LoopConfig& loop, const LastCommand& last) {
   const std::pair<double, double> range{loop.pv.low, loop.pv.high};
   if (last.pv_unit != loop.pv_unit || last.pv_range != range) {
     return fmt::format("PV was in {:g} to {:g} {} before, and is in {:g} to {:g} {}",
@@ -40,7 +40,7 @@ std::string why_not_set_point(const config::LoopConfig& loop, const LastOrder& l
 }
 
 // Returns why a loop that was in automatic must wait in manual; empty: it need not.
-std::string why_manual(const config::LoopConfig& loop, const LastOrder& last) {
+std::string why_manual(const config::LoopConfig& loop, const LastCommand& last) {
   if (last.commissioned) return "the loop was being commissioned";
   if (last.manual_after_fault) return "the loop had a fault after which it waits in manual";
   if (!loop.start.output_is_told) return "the position of the output is unknown";
@@ -49,16 +49,16 @@ std::string why_manual(const config::LoopConfig& loop, const LastOrder& last) {
 
 }  // namespace
 
-WarmStart warm_start(const config::LoopConfig& loop, const LastOrders& orders) {
+WarmStart warm_start(const config::LoopConfig& loop, const LastCommands& commands) {
   const Start& file = loop.start;
   WarmStart warm{.start = {file.mode, file.set_point, file.output}, .line = std::nullopt};
   if (config::out_of_service(loop.io) != nullptr) return warm;
   rt::StartSettings& start = warm.start;
   std::string before = "not known";
   std::string reason = fmt::format("start.after_restart is {}", word_of(file.after_restart));
-  const auto found = orders.loops.find(loop.name);
-  if (found != orders.loops.end()) {
-    const LastOrder& last = found->second;
+  const auto found = commands.loops.find(loop.name);
+  if (found != commands.loops.end()) {
+    const LastCommand& last = found->second;
     before = text_of(last.mode, last.set_point, last.pv_unit);
     if (file.after_restart != Start::AfterRestart::file) {
       start.mode = Mode::manual;
@@ -72,10 +72,10 @@ WarmStart warm_start(const config::LoopConfig& loop, const LastOrders& orders) {
     const bool as_before = start.mode == last.mode && start.set_point == last.set_point;
     const bool as_file = start.mode == file.mode && start.set_point == file.set_point;
     if (as_before && as_file) return warm;
-  } else if (!orders.damaged.empty()) {
+  } else if (!commands.damaged.empty()) {
     if (file.after_restart != Start::AfterRestart::file) start.mode = Mode::manual;
-    reason += "; the last orders are not known: " + orders.damaged;
-  } else if (orders.known) {
+    reason += "; the last orders are not known: " + commands.damaged;
+  } else if (commands.known) {
     reason += ", and no order to this loop is known";
   } else {
     return warm;

@@ -8,7 +8,7 @@
 
 #include "config/loop_config.hpp"
 #include "daemon/journal/journal_entry.hpp"
-#include "daemon/loops/last_orders.hpp"
+#include "daemon/loops/last_commands.hpp"
 #include "daemon/rt/control_cycle.hpp"
 
 namespace loopwarden::daemon {
@@ -21,6 +21,6 @@ struct WarmStart {
 };
 
 // `orders`: those of all loops. Without orders, as at the very first start, the file decides.
-WarmStart warm_start(const config::LoopConfig& loop, const LastOrders& orders);
+WarmStart warm_start(const config::LoopConfig& loop, const LastCommands& commands);
 
 }  // namespace loopwarden::daemon

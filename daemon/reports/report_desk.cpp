@@ -98,7 +98,7 @@ void clear(const fs::path& folder) {
 
 std::optional<Report> ReportDesk::post(Order order) {
   Report report;
-  report.asked_ms = ends_.now_ms();
+  report.asked_ms = callbacks_.now_ms();
   report.order = std::move(order);
   {
     const std::lock_guard lock(mutex_);
@@ -112,7 +112,7 @@ std::optional<Report> ReportDesk::post(Order order) {
     report.place = waiting + 1;
     all_.push_back({report, false});
   }
-  ends_.wake();
+  callbacks_.wake();
   return report;
 }
 
@@ -162,7 +162,7 @@ void ReportDesk::load() {
     if (!report) continue;
     if (!report->ended()) {
       report->state = State::failed;
-      report->ended_ms = ends_.now_ms();
+      report->ended_ms = callbacks_.now_ms();
       report->sentence = "The daemon was restarted before it was done.";
       clear(it->path());
       write(*report);
@@ -172,7 +172,7 @@ void ReportDesk::load() {
   // Sorts the oldest first. A time in the future is from before the clock was set back. It counts
   // as the oldest.
   if (found.size() > 1) {
-    const auto key = [now_ms = ends_.now_ms()](const Entry& e) {
+    const auto key = [now_ms = callbacks_.now_ms()](const Entry& e) {
       return std::pair(e.report.asked_ms <= now_ms, e.report.asked_ms);
     };
     std::sort(found.begin(), found.end(),
@@ -201,7 +201,7 @@ std::optional<Report> ReportDesk::begin() {
                                  [](const Entry& e) { return e.report.state == State::waiting; });
   if (next == all_.end()) return std::nullopt;
   next->report.state = State::running;
-  next->report.started_ms = ends_.now_ms();
+  next->report.started_ms = callbacks_.now_ms();
   return next->report;
 }
 
@@ -232,12 +232,12 @@ bool ReportDesk::run_next(const Stop& stop) {
   fs::remove_all(folder / kScratch, ignored);
   // The segments contain the same data, and a record of days is large.
   fs::remove_all(folder / kRecords, ignored);
-  ended->ended_ms = ends_.now_ms();
+  ended->ended_ms = callbacks_.now_ms();
   ended->has_page = fs::exists(folder / page_of(ended->order.kind), ignored);
   change(*ended);
   write(*ended);
   remove_old(ended->order.loop);
-  ends_.ended(*ended);
+  callbacks_.ended(*ended);
   return true;
 }
 
@@ -328,7 +328,7 @@ void ReportDesk::remove_old(const std::string& loop) {
     }
   }
   for (const fs::path& folder : old) {
-    if (ends_.in_use(folder)) continue;
+    if (callbacks_.in_use(folder)) continue;
     std::error_code error;
     fs::remove_all(folder, error);
     if (error) {

@@ -30,7 +30,7 @@ struct DeskSettings {
   std::size_t kept = 10;
 };
 
-struct DeskEnds {
+struct ReportCallbacks {
   std::function<std::int64_t()> now_ms;  // UTC
   std::function<void()> wake;            // announces work
   std::function<void(const Report&)> ended;
@@ -44,8 +44,8 @@ class ReportDesk {
   // Waits up to the given time and returns true if the work must stop.
   using Stop = std::function<bool(std::chrono::milliseconds)>;
 
-  ReportDesk(DeskSettings settings, DeskEnds ends)
-      : settings_(std::move(settings)), ends_(std::move(ends)) {}
+  ReportDesk(DeskSettings settings, ReportCallbacks callbacks)
+      : settings_(std::move(settings)), callbacks_(std::move(callbacks)) {}
 
   // From any thread.
   bool has_program() const noexcept { return !settings_.program.empty(); }
@@ -81,7 +81,7 @@ class ReportDesk {
   std::size_t waiting_before(const Report& report) const;
 
   DeskSettings settings_;
-  DeskEnds ends_;
+  ReportCallbacks callbacks_;
   mutable std::mutex mutex_;  // held for copies in memory only
   std::vector<Entry> all_;    // in the order of the requests
   bool is_loaded_ = false;    // all_ contains the reports from before the start

@@ -29,7 +29,7 @@ std::int64_t LatencyHistogram::quantile_ns(double share) const noexcept {
 }
 
 void CyclicRunner::add(ControlCycle& cycle, std::uint64_t every) {
-  // Loops of one period take turns, so that a tick does not carry them all.
+  // Loops with the same period get different phases, so that no tick runs all of them.
   const auto same = static_cast<std::uint64_t>(std::count_if(
       entries_.begin(), entries_.end(), [&](const Entry& e) { return e.every == every; }));
   entries_.push_back({&cycle, every, same % every, 0});

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Paces all loops on one thread at absolute deadlines.
+// Runs all loops on one thread at absolute deadlines.
 //
-// The tick is the greatest common divisor of the loops' periods. A loop runs whenever a period of
-// its own has passed, in the order in which the loops were added; loops of the same period are
-// spread over the ticks. On an overrun the phase is kept: whole ticks are skipped and counted, and
-// each loop learns how many of its periods it missed.
+// The tick is the greatest common divisor of the periods. Each loop runs once per period, in the
+// order in which the loops were added. Loops with the same period are spread over the ticks. After
+// an overrun the phase stays the same: whole ticks are skipped and counted, and each loop receives
+// the number of periods that it missed.
 #pragma once
 
 #include <array>
@@ -19,7 +19,7 @@
 
 namespace loopwarden::daemon::rt {
 
-// Distribution of durations in powers of two: bin i counts [2^i, 2^(i+1)) us, bin 0 also less.
+// Histogram of durations in powers of two: bin i counts [2^i, 2^(i+1)) us, bin 0 also shorter ones.
 struct LatencyHistogram {
   static constexpr std::size_t kBins = 18;  // up to 131 ms and beyond
   std::array<std::uint64_t, kBins> bins{};
@@ -27,16 +27,16 @@ struct LatencyHistogram {
   std::int64_t sum_ns = 0;
 
   void add(std::int64_t nanoseconds) noexcept;
-  // Upper edge of the bin that holds this share of the counts, ns; never above the worst.
+  // Returns the upper edge of the bin at which the counts reach `share`, ns; at most worst_ns.
   std::int64_t quantile_ns(double share) const noexcept;
 };
 
 struct RunnerStatus {
   std::uint64_t ticks = 0;
-  std::uint64_t overruns = 0;  // ticks that began more than a tick late
+  std::uint64_t overruns = 0;  // ticks that began at least one tick late
   std::uint64_t skipped_ticks = 0;
-  LatencyHistogram wake_up;  // deadline to first instruction
-  LatencyHistogram work;     // first instruction to last, all loops of a tick
+  LatencyHistogram wake_up;  // from deadline to first instruction
+  LatencyHistogram work;     // from first to last instruction, all loops of a tick
 };
 
 class CyclicRunner {
@@ -44,15 +44,15 @@ class CyclicRunner {
   // `tick_ns` > 0.
   CyclicRunner(base::Clock& clock, std::int64_t tick_ns) : clock_(clock), tick_ns_(tick_ns) {}
 
-  // Before the start only. `every`: period of the loop in ticks, >= 1.
+  // Adds a loop before the start. `every`: period of the loop in ticks, >= 1.
   void add(ControlCycle& cycle, std::uint64_t every);
 
-  // Real-time thread: runs until `quit`; `stop` is passed to every cycle.
+  // Runs on the real-time thread until `quit`; passes `stop` to every cycle.
   void run(const std::atomic<bool>& stop, const std::atomic<bool>& quit) noexcept;
 
   // Status thread only.
   RunnerStatus status() noexcept { return published_.newest(); }
-  // Any thread: grows with every tick.
+  // Number of ticks so far. Any thread.
   std::uint64_t ticks() const noexcept { return progress_.load(std::memory_order_relaxed); }
 
  private:

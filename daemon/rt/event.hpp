@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the real-time thread has to say, as numbers; daemon/loops/event_text.hpp puts it into words.
+// Events of the real-time thread as numbers; daemon/loops/event_text.hpp has their texts.
 #pragma once
 
 #include <cstdint>
@@ -10,9 +10,9 @@ enum class EventCode : std::uint8_t {
   fault_changed,  // a: control::Fault now, b: hal::Reason of PV
   mode_changed,   // a: control::Mode now
   settings_applied,
-  settings_wait,       // until the output, which is `value`, is inside their limits
-  order_refused,       // a: Refusal; an order that could not act any more when the cycle took it
-  result_not_finite,   // the controller's result was not a number, or out of range
+  settings_wait,       // until the output, `value`, is inside their limits
+  command_refused,     // a: Refusal; the loop had changed since the order was accepted
+  result_not_finite,   // the result of the controller was not finite or out of range
   jacket_stands_back,  // mean error above its limit
   jacket_resumes,
   cycle_missed,     // a: periods missed, at most 255
@@ -25,7 +25,7 @@ struct Event {
   EventCode code = EventCode::fault_changed;
   std::uint8_t a = 0;
   std::uint8_t b = 0;
-  double value = 0.0;  // PV, CO or mean error, as the event needs
+  double value = 0.0;  // PV, CO or mean error
 };
 
 }  // namespace loopwarden::daemon::rt

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What may change while a loop runs; handed over whole and applied between two cycles.
+// Settings that may change while a loop runs. A reload replaces all of them between two cycles.
 #pragma once
 
 #include <cstdint>
@@ -14,19 +14,19 @@ struct LoopSettings {
   control::ControllerSettings controller;
   control::SafetySettings safety;
   hal::PvCheckSettings pv_check;
-  bool jacket_may_act = true;  // false: only its shadow, whatever the operator asks for
+  bool jacket_may_act = true;  // false: the jacket runs in shadow only
   bool moves_may_act = false;  // planned moves, as corrective action
 };
 
-// What a reload hands to the cycle.
+// Settings from a reload to the cycle.
 struct SettingsOffer {
   LoopSettings settings;
   std::uint32_t number = 0;  // counts up from 1
-  bool withdrawn = false;    // what waits is no longer to be taken; `settings` are not looked at
+  bool withdrawn = false;    // drops an offer that waits; `settings` are ignored
 };
 
-// Whether limits may take the place of those in force without moving the output: tighter ones only
-// while the output, CO units, is known to be inside.
+// Returns true if the offered limits can replace the limits in force without moving the output, in
+// CO units. Tighter limits need an output that is known to be inside them.
 inline bool can_take_over(const control::OutputLimits& offered, const control::OutputLimits& now,
                           bool output_known, double output) noexcept {
   const bool no_tighter = offered.low <= now.low && offered.high >= now.high;

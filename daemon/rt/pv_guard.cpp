@@ -89,7 +89,7 @@ bool PvGuard::frozen(const hal::Sample& sample, const Output& output,
 }
 
 hal::Sample PvGuard::check(hal::Sample sample, const Output& output, std::int64_t now_ns) noexcept {
-  // What the backend holds stands still because there is nothing to look at.
+  // The backend repeats a held value because it has no newer one.
   const bool held = sample.quality == hal::Quality::uncertain;
   sample = judged(sample, output, now_ns);
   if ((held || sample.quality == hal::Quality::bad) && !std::exchange(blind_, true)) {
@@ -100,7 +100,7 @@ hal::Sample PvGuard::check(hal::Sample sample, const Output& output, std::int64_
 }
 
 void PvGuard::output_learned(double difference) noexcept {
-  if (blind_) return;  // it counts once PV is seen again
+  if (blind_) return;  // counts when PV is measured again
   lowest_ += difference;
   highest_ += difference;
 }

@@ -35,8 +35,8 @@ hal::Sample checked_as_output(hal::Sample sample, const hal::PvCheckSettings& pv
 // Movement of CO counts only in automatic: in manual a line may be shut and a process out of
 // service. A PV at an end of its range (kAtEnd) may be clipped, or be the zero of a line without
 // flow, and is never frozen.
-// What it can't do: see a frozen PV while CO rests, or at an end of the range; distinguish it from
-// a PV of coarse resolution that a controller keeps within one step while CO moves by kFrozenMove.
+// Limits: a frozen PV is not detected while CO rests, or at an end of the range. A PV of coarse
+// resolution that a controller keeps within one step while CO moves by kFrozenMove looks frozen.
 class PvGuard {
  public:
   static constexpr double kFrozenMove = 0.1;        // share of the CO span
@@ -54,12 +54,11 @@ class PvGuard {
     double span = 100.0;                                      // CO units
     bool automatic = true;
   };
-  // The sample with its quality lowered if a check fails; never raised. A frozen PV is
-  // uncertain.
+  // Returns the sample, with a lower quality if a check fails. A frozen PV is uncertain.
   hal::Sample check(hal::Sample sample, const Output& output, std::int64_t now_ns) noexcept;
 
-  // The output is known to stand elsewhere than believed by so much, CO units: no movement of it
-  // that PV would have to answer.
+  // The position of the output was wrong by `difference`, CO units. This is no movement to which PV
+  // would respond.
   void output_learned(double difference) noexcept;
 
  private:
@@ -80,7 +79,7 @@ class PvGuard {
   double usual_rest_s_ = 0.0;  // s
   std::int64_t still_since_ns_ = 0;
   std::int64_t moved_at_ns_ = 0;
-  // Time and movement of CO do not count while there is no value to compare.
+  // Time and movement of CO don't count while PV has no value.
   bool blind_ = false;
   std::int64_t blind_since_ns_ = 0;
   double output_when_blind_ = 0.0;  // CO units

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Why an alarm came, as the gap workflow found it in the newest minutes against the loop's twin.
+// Cause of an alarm, found by the gap workflow in the newest minutes with the loop's twin.
 #pragma once
 
 #include <cstdint>
@@ -31,12 +31,12 @@ struct Explanation {
   double high_percent = kNone;
   std::optional<twin::Stick> stick{};  // agrees, and has the effect stiction
   double confidence = kNone;
-  double gap_closed = kNone;  // share; NaN: too near to the noise
+  double gap_closed = kNone;  // share; NaN: too close to the noise
   bool agrees = false;
-  double since_s = kNone;  // before the alarm
+  double since_s = kNone;  // s before the alarm
   std::vector<std::string> alternatives;
   std::string sentence;
-  std::string remedy;            // what to do; empty: nothing is known
+  std::string remedy;            // recommended action; may be empty
   std::filesystem::path folder;  // of the evidence
 };
 

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// The newest minutes of a loop in automatic, for who wants to look back: the monitor's thread adds, others copy.
+// Stores the newest minutes of a loop in automatic. The monitor's thread adds, other threads copy.
 //
-// Missing cycles are NaN. A longer gap, or manual, begins the history anew: nobody knows what happened meanwhile.
+// Missing cycles are NaN. A longer gap, or manual, clears the history, because the loop was not
+// observed meanwhile.
 #pragma once
 
 #include <cstddef>
@@ -27,15 +28,16 @@ class History {
 
   struct Minutes {
     double period_s = 0.0;
-    std::uint64_t end = 0;  // the cycle behind the newest one
+    std::uint64_t end = 0;  // index after the newest cycle
     std::vector<double> sp;
     std::vector<double> pv;
     std::vector<double> co;
   };
   Minutes minutes() const;
-  // The newest cycle.
+  // Returns the index of the newest cycle.
   std::uint64_t newest() const;
-  // Since when something speaks against the twin, at most the history's length, s.
+  // Returns the time since the last cycle that agreed with the twin, s; at most the history's
+  // length.
   double unquiet_s() const;
 
  private:
@@ -53,7 +55,7 @@ class History {
   std::size_t next_ = 0;
   std::size_t count_ = 0;
   std::uint64_t end_ = 0;
-  std::uint64_t quiet_ = 0;  // the newest cycle at which nothing spoke against the twin
+  std::uint64_t quiet_ = 0;  // newest cycle that agreed with the twin
 };
 
 }  // namespace loopwarden::daemon::supervision

@@ -16,14 +16,14 @@
 namespace loopwarden::daemon::supervision {
 
 struct LoggedWindow {
-  std::int64_t utc_ms = 0;  // of its end
-  // Other than valid: why it counts for nothing. Only valid and not_enough_movement have been before the judge.
+  std::int64_t utc_ms = 0;  // end of the window
+  // Reason why the window was not judged, or valid. Only valid and not_enough_movement were judged.
   alarm::WindowState state = alarm::WindowState::valid;
   alarm::WindowJudgement::Result result = alarm::WindowJudgement::Result::no_fault;
   alarm::AlarmKind fault = alarm::AlarmKind::unknown;
-  float severity_percent = 0.0F;                                    // % of the CO span
-  std::array<float, alarm::kValveAlarmCount> probability{};         // as in WindowJudgement
-  std::array<float, loopwarden::specialist::kConditions> errors{};  // (% of the CO span)^2
+  float severity_percent = 0.0F;                               // % of the CO span
+  std::array<float, alarm::kValveAlarmCount> probability{};  // as in WindowJudgement
+  std::array<float, specialist::kConditions> errors{};         // (% of the CO span)^2
 };
 
 class WindowLog {

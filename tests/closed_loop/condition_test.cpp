@@ -32,7 +32,7 @@ analysis::ConditionIndices indices_of(const Trial& trial) {
 
   TemporaryFolder folder;
   daemon::journal::Journal journal({.folder = folder.path()});
-  daemon::supervision::WatchBoard board({{"FIC-101", 0.1}}, {}, journal, [] { return 0; });
+  daemon::supervision::AlarmRegistry board({{"FIC-101", 0.1}}, {}, journal, [] { return 0; });
   base::SpscRing<RecordRow> cycles(256);
   daemon::supervision::Monitor monitor(
       {{.cycles = &cycles,
@@ -54,7 +54,7 @@ analysis::ConditionIndices indices_of(const Trial& trial) {
     if (k % 100 == 99) monitor.round();
   }
   monitor.round();
-  return board.watch(0).condition;
+  return board.snapshot(0).condition;
 }
 
 plant::ScheduledFault fault(const char* effect, std::map<std::string, double> parameters) {

@@ -24,13 +24,13 @@
 namespace loopwarden::tests::plant_day_test {
 namespace {
 
+using daemon::rt::Command;
+using daemon::rt::JacketMode;
+using daemon::supervision::AlarmRegistry;
+using daemon::supervision::Monitor;
 using alarm::AlarmAction;
 using alarm::AlarmKind;
 using alarm::CorrectiveState;
-using daemon::rt::JacketWish;
-using daemon::rt::Order;
-using daemon::supervision::Monitor;
-using daemon::supervision::WatchBoard;
 using record::RecordRow;
 
 constexpr double kHour = 3600.0;
@@ -62,7 +62,7 @@ class Plant {
          .rule = alarm::kAlarmRule,
          .process = {.normal_mode = alarm::NormalMode::automatic, .limits = {}},
          .corrective = corrective,
-         .orders = &desk_}};
+         .channels = {.commands = &desk_}}};
     monitor_ = std::make_unique<Monitor>(
         std::move(monitored), board_,
         [this](std::size_t, AlarmKind alarm, const watch::LoopMonitor& watched_by,
@@ -113,13 +113,15 @@ class Plant {
     }
     return texts;
   }
-  alarm::AlarmState state(AlarmKind kind) { return board_.watch(0).alarms.alarm(kind).state(); }
+  alarm::AlarmState state(AlarmKind kind) {
+    return board_.snapshot(0).alarms.alarm(kind).state();
+  }
   double hour_raised(AlarmKind kind) {
-    const daemon::supervision::LoopWatch watch = board_.watch(0);
+    const daemon::supervision::AlarmSnapshot watch = board_.snapshot(0);
     return static_cast<double>(watch.alarms.alarm(kind).memory().raised_ms - kStart) / 3.6e6;
   }
-  CorrectiveState corrective() { return board_.watch(0).corrective; }
-  WatchBoard& board() { return board_; }
+  CorrectiveState corrective() { return board_.snapshot(0).corrective; }
+  AlarmRegistry& board() { return board_; }
   daemon::EvidenceStore& evidence() { return evidence_; }
 
   double hour() const { return static_cast<double>(period_) * model_.sample_time_s / kHour; }
@@ -132,10 +134,10 @@ class Plant {
     do {
       monitor_->round();
     } while (monitor_->status().backlog > 0);
-    Order order;
-    while (orders_.orders.try_pop(order)) {
+    Command order;
+    while (orders_.commands.try_pop(order)) {
       control::ControllerSettings settings = model_.controller;
-      settings.jacket.shadow = order.jacket != JacketWish::on;
+      settings.jacket.shadow = order.jacket != JacketMode::on;
       loop_.controller().configure(settings);
       orders_.answers.try_push({order.number, daemon::rt::Refusal::none});
     }
@@ -146,7 +148,7 @@ class Plant {
     evidence::Evidence e;
     e.loop = "FIC-101";
     e.alarm = alarm;
-    e.raised_ms = board_.watch(0).alarms.alarm(alarm).memory().raised_ms;
+    e.raised_ms = board_.snapshot(0).alarms.alarm(alarm).memory().raised_ms;
     e.take(watched_by, step, reason);
     e.specialists_folder = kSpecialists;
     evidence_.post(std::move(e));
@@ -159,19 +161,19 @@ class Plant {
   plant::SimulatedLoop loop_;
   std::uint64_t period_ = 0;
   base::SpscRing<RecordRow> cycles_{1024};
-  daemon::rt::OrderBox orders_;
+  daemon::rt::CommandMailbox orders_;
   std::atomic<std::uint8_t> standing_{0};
   daemon::journal::Journal journal_{{.folder = folder_.path()}};
   daemon::EvidenceStore evidence_;
-  WatchBoard board_{{{"FIC-101", 0.1}}, {}, journal_, [this] {
-                      return kStart + static_cast<std::int64_t>(100 * period_);
-                    }};
-  daemon::orders::OrderDesk desk_{
+  AlarmRegistry board_{{{"FIC-101", 0.1}}, {}, journal_, [this] {
+                         return kStart + static_cast<std::int64_t>(100 * period_);
+                       }};
+  daemon::commands::CommandQueue desk_{
       orders_,
       standing_,
       {.write_down = [this](daemon::journal::JournalEntry line) { return journal_.post(line); },
-       .why = [](const daemon::rt::OrderAnswer& answer,
-                 const Order&) { return to_text(answer.refusal); }}};
+       .why = [](const daemon::rt::CommandAnswer& answer,
+                 const Command&) { return to_text(answer.refusal); }}};
   std::unique_ptr<Monitor> monitor_;
 };
 
@@ -298,7 +300,7 @@ TEST_CASE("corrective action: the jacket acts, and is withdrawn at a veto or wit
   CHECK(plant.jacket_acted);
 
   SECTION("the operator's veto") {
-    REQUIRE(plant.board().set_veto(0, alarm::Veto::back, "uid 1000", "no").accepted);
+    REQUIRE(plant.board().of(0).set_veto(alarm::Veto::back, "uid 1000", "no").accepted);
     plant.run_to(hour + 0.25);
     CHECK(plant.corrective() == CorrectiveState::vetoed);
     CHECK(steps().back() == "jacket back to shadow: trying > vetoed");

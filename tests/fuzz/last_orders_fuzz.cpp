@@ -10,7 +10,7 @@
 #include <string_view>
 
 #include "base/digest/digest.hpp"
-#include "daemon/loops/last_orders.hpp"
+#include "daemon/loops/last_commands.hpp"
 #include "tests/fuzz/require.hpp"
 
 using loopwarden::tests::fuzz::require;
@@ -19,7 +19,7 @@ namespace daemon_ = loopwarden::daemon;
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const std::string body(reinterpret_cast<const char*>(data), size);
   const std::string text = fmt::format("{:08x}\n{}", loopwarden::base::crc32(body), body);
-  std::map<std::string, daemon_::LastOrder> loops;
+  std::map<std::string, daemon_::LastCommand> loops;
   try {
     loops = daemon_::read_last_orders(text);
   } catch (const std::exception&) {

@@ -72,13 +72,13 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const Bytes request(data + 1, size - 1);
   const Pdu reply = answer(request, bank, {}, peer);
   if (request.size() <= kMostPduBytes) check_answer(request, reply.view());
-  for (const auto& [loop, order] : plant.orders) {
+  for (const auto& [loop, order] : plant.commands) {
     if (loop >= 3) fail("an order to no loop");
     for (const auto& value : {order.set_point, order.output, order.kp, order.ki, order.kd}) {
       if (value && !std::isfinite(*value)) fail("an order that is none");
     }
   }
-  const bool written = !plant.orders.empty() || !plant.actions.empty() || server.master_beat;
+  const bool written = !plant.commands.empty() || !plant.actions.empty() || server.master_beat;
   if (written && (!peer.may_write || (reply.bytes[0] & 0x80U) != 0)) {
     fail("written by a request that was refused");
   }

@@ -58,9 +58,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
                                     .reports = (data[0] & 32U) != 0};
   plant.server->set_rights({.page = rights, .edge = rights});
   const std::string line(data + 1, data + size);
-  const std::uint64_t before = plant.loops.front().channels->operator_orders.orders.room();
+  const std::uint64_t before = plant.loops.front().channels->operator_commands.commands.room();
   check_answer(plant.answer(socket, line));
-  const bool ordered = plant.loops.front().channels->operator_orders.orders.room() != before;
+  const bool ordered = plant.loops.front().channels->operator_commands.commands.room() != before;
   const bool may = socket == SocketName::control ||
                    (socket != SocketName::status && rights.control) ||
                    (socket == SocketName::page && rights.tuning);

@@ -50,7 +50,7 @@ J
     return {config,
             specialists,
             {.loops = loops,
-             .board = board,
+             .alarms = board,
              .journal = journal,
              .config_hash = [] { return 1U; },
              .history = [this](std::size_t) { return &*history; },
@@ -65,9 +65,9 @@ J
     }
   }
   void judge(bool gap) {
-    alarm::AlarmConditions conditions{};
-    conditions[alarm::index_of(AlarmKind::model_gap)].on = gap;
-    board.twin_judged(0, conditions);
+    model::AlarmConditions conditions{};
+    conditions[model::index_of(AlarmKind::model_gap)].on = gap;
+    board.of(0).twin_judged(conditions);
   }
   void raise(EvidenceFlow& flow) {
     judge(true);
@@ -100,11 +100,11 @@ J
   std::vector<LoopRuntime> loops{1};
   plant::LoopModel twin;
   std::optional<supervision::History> history{std::in_place, 3300.0, 1.0};
-  watch::LoopMonitor monitor{{.sample_time_s = 1.0}, {}, nullptr, &twin};
+  model::LoopMonitor monitor{{.sample_time_s = 1.0}, {}, nullptr, &twin};
   config::DaemonConfig config;
   config::Specialists specialists;
   journal::Journal journal{{.folder = folder / "journal"}};
-  supervision::WatchBoard board{{{"FIC-101", 1.0}}, {}, journal, [this] { return now_ms; }};
+  supervision::AlarmRegistry board{{{"FIC-101", 1.0}}, {}, journal, [this] { return now_ms; }};
 };
 
 }  // namespace
@@ -138,13 +138,13 @@ TEST_CASE("an incident is not explained again in the next one", "[explain]") {
   EvidenceFlow flow = bench.make();
   flow.start();
   bench.raise(flow);
-  REQUIRE(Bench::wait([&] { return bench.board.watch(0).explanation != nullptr; }));
+  REQUIRE(Bench::wait([&] { return bench.board.snapshot(0).explanation != nullptr; }));
   bench.judge(false);
-  bench.now_ms += alarm::kJoin_ms + alarm::kQuiet_ms;
-  bench.board.pass_time();
-  REQUIRE_FALSE(bench.board.watch(0).incident.incident().open());
+  bench.now_ms += model::kJoin_ms + model::kQuiet_ms;
+  bench.board.of(0).pass_time();
+  REQUIRE_FALSE(bench.board.snapshot(0).incident.incident().open());
   bench.judge(true);
-  REQUIRE(bench.board.watch(0).incident.incident().open());
+  REQUIRE(bench.board.snapshot(0).incident.incident().open());
   CHECK(Bench::done(flow, 1));
   CHECK(bench.runs() == 1);
 }
@@ -156,7 +156,7 @@ TEST_CASE("an incident that lasts is explained again after a restart", "[explain
     EvidenceFlow flow = bench.make();
     flow.start();
     bench.raise(flow);
-    REQUIRE(Bench::wait([&] { return bench.board.watch(0).explanation != nullptr; }));
+    REQUIRE(Bench::wait([&] { return bench.board.snapshot(0).explanation != nullptr; }));
   }
   const long before = bench.runs();
   REQUIRE(before <= 2);

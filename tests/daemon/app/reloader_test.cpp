@@ -54,7 +54,7 @@ struct Bench {
     historian.start();
     reloader = std::make_unique<Reloader>(
         started, files.path(), loops, historian, journal,
-        ReloaderEnds{
+        ReloaderCallbacks{
             .take_over = [this](const config::DaemonConfig& d) { log_level = d.log_level; },
             .reloading = [this] { ++reloading; },
             .ready = [this] { ++ready; }});
@@ -236,7 +236,7 @@ TEST_CASE("settings that wait for the output are not applied during a commission
   CHECK(bench.reload().at("outcome") == "waits");
   bench.loops[0].commissioning->take(std::nullopt, "uid 0", 0, Commissioning::Clock::now());
   const auto move_output = [&](double to) {
-    bench.loops[0].channels->operator_orders.orders.try_push({.number = 1, .output = to});
+    bench.loops[0].channels->operator_commands.commands.try_push({.number = 1, .output = to});
     bench.run(20);
     bench.reloader->step();
   };
@@ -293,7 +293,7 @@ TEST_CASE(
     "[app][reload]") {
   Bench bench;
   const auto tune = [&](double kp, bool person) {
-    bench.loops[0].channels->operator_orders.orders.try_push({.number = 1, .kp = kp});
+    bench.loops[0].channels->operator_commands.commands.try_push({.number = 1, .kp = kp});
     bench.run(1);
     bench.loops[0].settings->gains_ordered(
         {.by = "ella by page", .utc_ms = 1'800'000'000'000, .person = person});
@@ -345,7 +345,7 @@ TEST_CASE(
     bench.write("loops.d/a.yaml", with(kLoop, "limits: [1, 9]", "limits: [1, 4]"));
     CHECK(bench.reload(true).at("outcome") == "waits");
     tune(0.7, true);
-    bench.loops[0].channels->operator_orders.orders.try_push({.number = 2, .output = 3.0});
+    bench.loops[0].channels->operator_commands.commands.try_push({.number = 2, .output = 3.0});
     bench.run(2);
     bench.reloader->step();
     CHECK(bench.kp() == 0.7);
@@ -364,7 +364,7 @@ TEST_CASE("limits that wait are in force with CO, unless a later reload changes 
   CHECK(bench.waiting("waiting_for_output") == 2);
   CHECK(bench.kp() == 0.35);
   const auto move_output = [&](double to) {
-    bench.loops[0].channels->operator_orders.orders.try_push({.number = 1, .output = to});
+    bench.loops[0].channels->operator_commands.commands.try_push({.number = 1, .output = to});
     bench.run(2);
     bench.reloader->step();
   };
@@ -392,7 +392,7 @@ TEST_CASE("limits that wait are in force with CO, unless a later reload changes 
 
 TEST_CASE("a master's gains are shown as those that a reload replaces", "[app][reload]") {
   Bench bench;
-  REQUIRE(bench.loops[0].channels->master_orders.orders.try_push({.number = 1, .kp = 3.0}));
+  REQUIRE(bench.loops[0].channels->master_commands.commands.try_push({.number = 1, .kp = 3.0}));
   bench.run(1);
   CHECK(bench.kp() == 3.0);
   const json result = bench.reload();

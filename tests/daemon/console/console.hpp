@@ -18,7 +18,7 @@
 #include "daemon/console/status_server.hpp"
 #include "record/segment_format.hpp"
 #include "record/segment_reader.hpp"
-#include "tests/daemon/console/parts_of.hpp"
+#include "tests/daemon/console/fake_daemon.hpp"
 #include "tests/daemon/rt/loop_fixture.hpp"
 #include "tests/support/temporary_folder.hpp"
 
@@ -59,8 +59,9 @@ struct Console {
     historian.start();
     journal.open();
     journal.start();
-    server = std::make_unique<ControlServer>(folder.path(), parts(), rights);
-    readers = std::make_unique<StatusServer>(folder.path(), parts());
+    server =
+        std::make_unique<ControlServer>(folder.path(), plant(), archive(), daemon, daemon, rights);
+    readers = std::make_unique<StatusServer>(folder.path(), plant(), archive(), daemon);
   }
 
   void leave_segment(const std::string& loop) const {
@@ -75,9 +76,8 @@ struct Console {
     std::ofstream(segments / record::segment_name(1), std::ios::binary)
         .write(header.bytes.data(), static_cast<std::streamsize>(header.bytes.size()));
   }
-  console::Parts parts() {
-    return tests::parts_of(*this, [] { return protocol::DaemonStatus{.version = "test"}; });
-  }
+  console::Plant plant() { return tests::plant_of(*this); }
+  console::Archive archive() { return tests::archive_of(*this); }
   json ask(const std::string& line, console::SocketName socket = console::SocketName::control) {
     const base::LocalServer::Answer answer = server->answer(line, socket, 1000);
     const auto* const later = std::get_if<base::LocalServer::Later>(&answer);
@@ -87,10 +87,11 @@ struct Console {
     return json::parse(*told);
   }
   json ask_status(const std::string& line) { return json::parse(readers->answer(line)); }
-  std::vector<rt::Order> orders() {
-    std::vector<rt::Order> taken;
-    rt::Order order;
-    while (loops.front().channels->operator_orders.orders.try_pop(order)) taken.push_back(order);
+  std::vector<rt::Command> commands() {
+    std::vector<rt::Command> taken;
+    rt::Command order;
+    while (loops.front().channels->operator_commands.commands.try_pop(order))
+      taken.push_back(order);
     return taken;
   }
   // Runs the loop's next cycles.
@@ -118,11 +119,12 @@ struct Console {
   EvidenceStore evidence{{.folder = folder / "evidence"}, {}, {}};
   std::int64_t now_ms = 1'800'000'000'000;
   reports::ReportDesk reports = tests::desk_in(folder.path(), [this] { return now_ms; });
-  supervision::WatchBoard board{{{"FIC-101", 0.1}}, {}, journal, [this] { return now_ms; }};
+  supervision::AlarmRegistry board{{{"FIC-101", 0.1}}, {}, journal, [this] { return now_ms; }};
   daemon::host::BoxBoard box_alarms{{}, journal, [this] { return now_ms; }};
   base::SpscRing<rt::Event> events{64};
   std::unique_ptr<rt::ControlCycle> cycle;
   std::uint64_t cycles_run = 0;
+  tests::FakeDaemon daemon{folder.path(), [] { return protocol::DaemonStatus{.version = "test"}; }};
   std::unique_ptr<ControlServer> server;
   std::unique_ptr<StatusServer> readers;
 };

@@ -60,7 +60,7 @@ TEST_CASE("a line that is no request is refused with a reason, and the loop gets
   const json answer = bench.ask(line);
   CHECK(answer.at("ok") == false);
   CHECK_FALSE(answer.at("error").get<std::string>().empty());
-  CHECK(bench.orders().empty());
+  CHECK(bench.commands().empty());
 }
 
 TEST_CASE("the status has the condition indices, null for an unknown index") {
@@ -71,9 +71,9 @@ TEST_CASE("the status has the condition indices, null for an unknown index") {
   const json unknown = condition();
   CHECK(unknown.size() == 5);
   for (const auto& [name, value] : unknown.items()) CHECK(value.is_null());
-  bench.board.set_progress(0, watch::ModeTimes(0.1),
-                           {.control_performance = 91.0, .valve = 40.5, .environment = 100.0},
-                           alarm::WindowState::valid);
+  bench.board.of(0).set_progress(watch::ModeTimes(0.1),
+                                 {.control_performance = 91.0, .valve = 40.5, .environment = 100.0},
+                                 alarm::WindowState::valid);
   CHECK(condition() == json{{"control_performance", 91.0},
                             {"valve", 40.5},
                             {"actuator", nullptr},
@@ -90,7 +90,7 @@ TEST_CASE("a stick that no window measured is null in the status, and a measured
   alarm::WindowMeasures measures;
   measures.stick_percent = 4.5;
   measures.stick_source = alarm::StickSource::read_back;
-  bench.board.window_not_fit(0, measures, alarm::WindowState::no_judge);
+  bench.board.of(0).window_not_fit(measures, alarm::WindowState::no_judge);
   CHECK(stick() == 4.5);
 }
 
@@ -98,11 +98,11 @@ TEST_CASE("a command reaches the loop's mailbox unchanged") {
   Bench bench;
   CHECK(bench.ask(R"({"request": "set", "loop": "FIC-101", "set_point": 42.5, "mode": "auto"})")
             .at("ok") == true);
-  const auto orders = bench.orders();
-  REQUIRE(orders.size() == 1);
-  CHECK(orders[0].set_point == 42.5);
-  CHECK(orders[0].mode == control::Mode::automatic);
-  CHECK_FALSE(orders[0].output);
+  const auto commands = bench.commands();
+  REQUIRE(commands.size() == 1);
+  CHECK(commands[0].set_point == 42.5);
+  CHECK(commands[0].mode == control::Mode::automatic);
+  CHECK_FALSE(commands[0].output);
 }
 
 TEST_CASE("gains act from the next cycle on, and are reported as unsaved until a file has them") {
@@ -199,7 +199,7 @@ TEST_CASE("gains that no file could have, or that are not allowed, are refused")
   const json answer = bench.ask(tune.dump(), socket);
   CHECK(answer.at("ok") == false);
   CHECK_THAT(answer.at("error").get<std::string>(), Catch::Contains(why));
-  CHECK(bench.orders().empty());
+  CHECK(bench.commands().empty());
 }
 
 TEST_CASE("manual and an output in one command: both, in one cycle, and both are in the journal") {
@@ -237,7 +237,7 @@ TEST_CASE(
     INFO(request << "\n" << answer.dump());
     CHECK(answer.at("ok") == false);
     CHECK_THAT(answer.at("error").get<std::string>(), Catch::Contains(reason));
-    CHECK(bench.orders().empty());
+    CHECK(bench.commands().empty());
   };
   refused(R"({"request": "set", "loop": "FIC-101", "output": 60})",
           "in automatic the controller has the output");
@@ -277,7 +277,7 @@ TEST_CASE("a command that was accepted but can't act when the loop takes it is r
   const json sent = bench.ask(R"({"request": "set", "loop": "FIC-101", "output": 45})");
   CHECK(sent.at("ok") == true);
   // A master's command is faster.
-  bench.loops.front().channels->master_orders.orders.try_push({.mode = control::Mode::automatic});
+  bench.loops.front().channels->master_commands.commands.try_push({.mode = control::Mode::automatic});
   bench.run(1);
   const json outcome = bench.outcome(sent);
   CHECK(outcome.at("state") == "refused");
@@ -396,7 +396,7 @@ TEST_CASE("a CSV record is written on demand, and gaps in it are empty rows") {
 
 TEST_CASE("all alarms are acknowledged by one request, with one line for each and one answer") {
   Bench bench;
-  bench.board.window_judged(0, {}, {}, stiction_on());
+  bench.board.of(0).window_judged({}, {}, stiction_on());
   constexpr const char* kAll = R"({"request": "acknowledge_all", "reason": "seen"})";
   json done = bench.ask(kAll);
   CHECK(done.at("ok") == true);
@@ -416,7 +416,7 @@ TEST_CASE("all alarms are acknowledged by one request, with one line for each an
 TEST_CASE(
     "a person who acts on an alarm waits for the disk, but the thread of the sockets does not") {
   Bench bench;
-  bench.board.window_judged(0, {}, {}, stiction_on());
+  bench.board.of(0).window_judged({}, {}, stiction_on());
   for (const char* request :
        {R"({"request": "alarm", "loop": "FIC-101", "alarm": "stiction", "action": "acknowledge"})",
         R"({"request": "acknowledge_all"})"}) {
@@ -437,17 +437,17 @@ TEST_CASE("an offered corrective action begins at the stiction alarm, and only t
          "until July"}}.dump());
   };
   CHECK(calm("stiction").value("error", "").find("offers nothing") != std::string::npos);
-  bench.board.corrective_state(0, alarm::CorrectiveState::offered);
+  bench.board.of(0).set_corrective_state(alarm::CorrectiveState::offered);
   CHECK(calm("backlash").at("ok") == false);
-  CHECK_FALSE(bench.board.take_order(0));
+  CHECK_FALSE(bench.board.of(0).take_begin_request());
   CHECK(calm("stiction").at("ok") == true);
-  CHECK(bench.board.take_order(0));
-  CHECK_FALSE(bench.board.take_order(0));
+  CHECK(bench.board.of(0).take_begin_request());
+  CHECK_FALSE(bench.board.of(0).take_begin_request());
 }
 
 TEST_CASE("an alarm is listed, acknowledged, shelved and explained, and the journal has it all") {
   Bench bench;
-  bench.board.window_judged(0, {}, {}, stiction_on());
+  bench.board.of(0).window_judged({}, {}, stiction_on());
   const auto stiction = [&] {
     return bench.ask(R"({"request": "status"})").at("loops")[0].at("alarms").at("stiction");
   };
@@ -596,8 +596,8 @@ TEST_CASE(
 TEST_CASE(
     "a process alarm is listed, explained by its guide, acknowledged and journalled like others") {
   Bench bench;
-  bench.board.process_changed(0, std::vector<daemon::supervision::ProcessNews>{
-                                     {{alarm::AlarmKind::bad_pv, true}, "PV is bad: link lost"}});
+  bench.board.of(0).process_changed(std::vector<daemon::supervision::ProcessNews>{
+      {{alarm::AlarmKind::bad_pv, true}, "PV is bad: link lost"}});
   const json told = bench.ask(R"({"request": "explain", "loop": "FIC-101", "alarm": "bad_pv"})");
   CHECK(told.at("alarm").at("state") == "unacknowledged");
   CHECK_THAT(told.at("cause").get<std::string>(), Catch::Contains("PV can't be used"));
@@ -606,8 +606,8 @@ TEST_CASE(
   const json done = bench.ask(
       R"({"request": "alarm", "loop": "FIC-101", "alarm": "bad_pv", "action": "acknowledge"})");
   CHECK(done.at("alarm").at("state") == "acknowledged");
-  bench.board.process_changed(0, std::vector<daemon::supervision::ProcessNews>{
-                                     {{alarm::AlarmKind::bad_pv, false}, "PV is good"}});
+  bench.board.of(0).process_changed(std::vector<daemon::supervision::ProcessNews>{
+      {{alarm::AlarmKind::bad_pv, false}, "PV is good"}});
   const std::vector<json> lines = bench.lines(4);
   CHECK(lines[0].at("to") == "unacknowledged");
   CHECK(lines[0].at("reason") == "PV is bad: link lost");
@@ -634,7 +634,8 @@ TEST_CASE(
     CHECK(json::parse(other.request(R"({"request": "status"})", patience)).at("ok") == true);
   }
   CHECK(json::parse(client.request(R"({"request": "status"})", patience)).at("ok") == true);
-  CHECK_THROWS_WITH(ControlServer(bench.folder.path(), bench.parts(), console::Rights{}),
+  CHECK_THROWS_WITH(ControlServer(bench.folder.path(), bench.plant(), bench.archive(), bench.daemon,
+                                  bench.daemon, console::Rights{}),
                     Catch::Contains("another daemon"));
 }
 
@@ -643,7 +644,7 @@ TEST_CASE("commands beyond the room of the mailbox are refused, and accepted aga
   const auto set = [&] {
     return bench.ask(R"({"request": "set", "loop": "FIC-101", "set_point": 5, "mode": "auto"})");
   };
-  for (std::size_t i = 0; i < rt::OrderBox::kRoom; ++i) CHECK(set().at("ok") == true);
+  for (std::size_t i = 0; i < rt::CommandMailbox::kRoom; ++i) CHECK(set().at("ok") == true);
   CHECK_THAT(set().at("error").get<std::string>(), Catch::Contains("too many commands"));
   bench.run(1);
   CHECK(set().at("ok") == true);

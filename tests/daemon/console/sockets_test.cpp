@@ -90,7 +90,7 @@ TEST_CASE("status.sock reads, and commands no loop", "[console][sockets]") {
   CHECK_THAT(error_of(bench.ask_status(kSet)), Catch::Contains("page.sock and edge.sock"));
   CHECK_THAT(error_of(bench.ask_status(kRecord)), Catch::Contains("control.sock alone"));
   CHECK_THAT(error_of(bench.ask_status(R"({"request": "dance"})")), Catch::Contains("unknown"));
-  CHECK(bench.orders().empty());
+  CHECK(bench.commands().empty());
 }
 
 TEST_CASE("page.sock and edge.sock accept only the allowed commands, and don't read",
@@ -107,7 +107,7 @@ TEST_CASE("page.sock and edge.sock accept only the allowed commands, and don't r
       .alarms = true, .control = true, .reports = true};
   Bench bench(rights);
   bench.run(1);
-  bench.board.window_judged(0, {}, {}, stiction_on());
+  bench.board.of(0).window_judged({}, {}, stiction_on());
   for (const char* request : kReading) error_of(bench.ask(request, socket));
   for (const char* request : {kRecord, kOutcome})
     CHECK_THAT(error_of(bench.ask(request, socket)), Catch::Contains("control.sock alone"));
@@ -115,10 +115,10 @@ TEST_CASE("page.sock and edge.sock accept only the allowed commands, and don't r
   const std::string name = to_text(socket);
   if (control) {
     CHECK(bench.ask(kSet, socket).at("ok") == true);
-    CHECK(bench.orders().size() == 1);
+    CHECK(bench.commands().size() == 1);
   } else {
     CHECK_THAT(error_of(bench.ask(kSet, socket)), Catch::Contains(name + ": {control: true}"));
-    CHECK(bench.orders().empty());
+    CHECK(bench.commands().empty());
   }
   if (alarms) {
     CHECK(bench.ask(kAcknowledge, socket).at("ok") == true);
@@ -169,7 +169,7 @@ TEST_CASE("the journal has the user and address of a command by the page", "[con
 TEST_CASE("the journal has a technician's finding together with the alarm", "[console][sockets]") {
   Bench bench(kAll);
   bench.run(1);
-  bench.board.window_judged(0, {}, {}, stiction_on());
+  bench.board.of(0).window_judged({}, {}, stiction_on());
   const json answer = bench.ask(kOutcome);
   REQUIRE(answer.at("on_disk") == true);
   CHECK_THAT(answer.at("said").get<std::string>(), Catch::StartsWith("stiction "));
@@ -242,7 +242,7 @@ TEST_CASE("names that could be mistaken for something else are refused", "[conso
                json(std::string("a\0b", 3)), json(7), json(nullptr), json::array());
   INFO(key << " " << name.dump());
   error_of(bench.ask(with(kSet, {{key, name}}), SocketName::page));
-  CHECK(bench.orders().empty());
+  CHECK(bench.commands().empty());
   CHECK(bench.ask(R"({"request": "journal"})").at("lines").empty());
 }
 
@@ -252,7 +252,7 @@ TEST_CASE("on control.sock a request can't name another user", "[console][socket
   CHECK_THAT(error_of(bench.ask(with(kSet, {{"user", "anna"}}))), Catch::Contains("page.sock"));
   CHECK_THAT(error_of(bench.ask(with(kAcknowledge, {{"address", "10.0.0.5"}}))),
              Catch::Contains("page.sock"));
-  CHECK(bench.orders().empty());
+  CHECK(bench.commands().empty());
 }
 
 TEST_CASE("a command is valid only for the values that its sender has seen",
@@ -331,7 +331,7 @@ TEST_CASE("expectations are checked after the commands of others, not when the r
   const json sent = bench.ask(with(kSet, {{"expect", {{"set_point", 50}}}}), SocketName::page);
   REQUIRE(sent.at("ok") == true);
   // A master's command is taken first in the same cycle.
-  bench.loops.front().channels->master_orders.orders.try_push({.set_point = 55.0});
+  bench.loops.front().channels->master_commands.commands.try_push({.set_point = 55.0});
   bench.run(1);
   CHECK(bench.outcome(sent).at("why") == "the set point is now 55, 50 was expected");
   CHECK(bench.loops.front().channels->set_point_wanted == 55.0);
@@ -350,7 +350,7 @@ TEST_CASE("a request with only brackets is refused, and does not exhaust a threa
   for (std::size_t i = 0; i < levels; ++i) deep += close;
   deep += '}';
   CHECK_THAT(error_of(bench.ask(deep, SocketName::page)), Catch::Contains("at most 8 levels"));
-  CHECK(bench.orders().empty());
+  CHECK(bench.commands().empty());
 }
 
 TEST_CASE("expectations that can't be parsed are refused", "[console][sockets][expect]") {
@@ -360,7 +360,7 @@ TEST_CASE("expectations that can't be parsed are refused", "[console][sockets][e
       GENERATE(json(5), json::array(), json{{"set_point", "50"}}, json{{"setpoint", 50}},
                json{{"mode", "cascade"}}, json{{"set_point", nullptr}});
   error_of(bench.ask(with(kSet, {{"expect", expect}}), SocketName::page));
-  CHECK(bench.orders().empty());
+  CHECK(bench.commands().empty());
 }
 
 TEST_CASE("page.sock and edge.sock exist only if a right is granted", "[console][sockets]") {
@@ -431,9 +431,10 @@ TEST_CASE("the overview has one entry per loop in each column", "[console][overv
                                                   .flags = 5,
                                                   .requested_mode = 1,
                                                   .age_ms = 12.5F});
-  bench.board.window_judged(0, {}, {}, stiction_on());
-  bench.board.set_progress(0, watch::ModeTimes(0.1), {.control_performance = 91.0, .valve = 40.5},
-                           alarm::WindowState::valid);
+  bench.board.of(0).window_judged({}, {}, stiction_on());
+  bench.board.of(0).set_progress(watch::ModeTimes(0.1),
+                                 {.control_performance = 91.0, .valve = 40.5},
+                                 alarm::WindowState::valid);
   record::RecordRow row;
   REQUIRE(test::eventually([&] { return bench.historian.latest(0, row); }));
   all = bench.ask_status(R"({"request": "overview"})");
@@ -464,13 +465,13 @@ TEST_CASE("if two alarms wait, the overview names the one of higher priority",
     const json all = bench.ask_status(R"({"request": "overview"})");
     return std::pair(all.at("alarm_kind")[0], all.at("alarms_unacknowledged")[0]);
   };
-  bench.board.window_judged(0, {}, {}, stiction_on());
-  bench.board.process_changed(
-      0, std::vector<daemon::supervision::ProcessNews>{{{AlarmKind::not_normal_mode, true}, ""}});
+  bench.board.of(0).window_judged({}, {}, stiction_on());
+  bench.board.of(0).process_changed(
+      std::vector<daemon::supervision::ProcessNews>{{{AlarmKind::not_normal_mode, true}, ""}});
   CHECK(shown() == std::pair(json(9), json(2)));
-  // It is a consequence of a lost output.
-  bench.board.process_changed(
-      0, std::vector<daemon::supervision::ProcessNews>{{{AlarmKind::output_lost, true}, ""}});
+  // Which follows from a lost output.
+  bench.board.of(0).process_changed(
+      std::vector<daemon::supervision::ProcessNews>{{{AlarmKind::output_lost, true}, ""}});
   CHECK(shown() == std::pair(json(7), json(2)));
   bench.board.act(0, {AlarmKind::output_lost, alarm::AlarmAction::acknowledge, 0, "me", {}});
   CHECK(shown() == std::pair(json(0), json(1)));
@@ -487,8 +488,8 @@ TEST_CASE("reading the registers reports that an alarm changed, though the map d
   };
   const int before = changes();
   CHECK(changes() == before);
-  bench.board.process_changed(0, std::vector<daemon::supervision::ProcessNews>{
-                                     {{AlarmKind::bad_pv, true}, "PV is bad: link lost"}});
+  bench.board.of(0).process_changed(std::vector<daemon::supervision::ProcessNews>{
+      {{AlarmKind::bad_pv, true}, "PV is bad: link lost"}});
   const int came = changes();
   CHECK(came > before);
   bench.board.act(0, {AlarmKind::bad_pv, alarm::AlarmAction::acknowledge, 0, "me", {}});
@@ -503,11 +504,12 @@ TEST_CASE("the newest windows, with the result of each specialist", "[console][w
   judgement.probability = {0.75, 0.125, 0.0, 0.0, 0.0, 0.0};
   judgement.severity_percent = 6.25;
   judgement.errors = {4.0, 0.5, 1.0, 2.0, 3.0, 5.0};
-  bench.board.window_judged(0, {}, judgement, {});
+  bench.board.of(0).window_judged({}, judgement, {});
   bench.now_ms += 48'000;
-  bench.board.window_not_fit(0, {}, alarm::WindowState::saturated);
-  bench.board.window_not_fit(0, {}, alarm::WindowState::not_enough_movement,
-                             {.result = alarm::WindowJudgement::Result::not_enough_movement});
+  bench.board.of(0).window_not_fit({}, alarm::WindowState::saturated);
+  bench.board.of(0).window_not_fit(
+      {}, alarm::WindowState::not_enough_movement,
+      {.result = alarm::WindowJudgement::Result::not_enough_movement});
   const auto windows = [&] {
     return bench.ask_status(R"({"request": "windows", "loop": "FIC-101"})").at("windows");
   };
@@ -528,7 +530,7 @@ TEST_CASE("the newest windows, with the result of each specialist", "[console][w
   CHECK(three[2].at("verdict") == "not_enough_movement");
   for (int i = 0; i < 100; ++i) {
     ++bench.now_ms;
-    bench.board.window_judged(0, {}, judgement, {});
+    bench.board.of(0).window_judged({}, judgement, {});
   }
   const json kept = windows();
   CHECK(kept.size() == 32);
@@ -622,8 +624,8 @@ TEST_CASE("the journal is searched", "[console][journal]") {
     bench.run(1);
     bench.ask(kOrder);
   }
-  bench.board.window_judged(0, {}, {}, stiction_on());
-  bench.lines(7);  // two lines for the alarm: its own, and its incident's
+  bench.board.of(0).window_judged({}, {}, stiction_on());
+  bench.lines(7);  // of the alarm two: its own, and its incident's
   const auto found = [&](json query) {
     query["request"] = "journal";
     return bench.ask_status(query.dump()).at("lines").size();

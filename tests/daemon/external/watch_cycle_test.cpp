@@ -124,7 +124,7 @@ TEST_CASE("SP, CO and stem out of their range are not known", "[watch]") {
     CHECK(std::isnan(rig.row.co));
     CHECK(rig.row.flags == 0);
     CHECK(rig.fault() == Fault::output_unknown);
-    CHECK_FALSE(rt::unpacked(rig.channels.standing.load()).output_known);
+    CHECK_FALSE(rt::unpacked(rig.channels.availability.load()).output_known);
     REQUIRE(rig.events.try_pop(event));
     CHECK(static_cast<Reason>(event.b) == Reason::out_of_range);
     CHECK(std::isnan(event.value));

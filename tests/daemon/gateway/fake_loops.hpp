@@ -17,7 +17,7 @@ namespace loopwarden::tests {
 class FakeLoops final : public daemon::gateway::LoopsView {
  public:
   explicit FakeLoops(std::size_t loops) {
-    const daemon::supervision::LoopWatch watch({}, 0.1);
+    const daemon::supervision::AlarmSnapshot watch({}, 0.1);
     for (std::size_t i = 0; i < loops; ++i) {
       names_.push_back("FIC-10" + std::to_string(i));
       daemon::gateway::LoopReading reading(watch);
@@ -34,7 +34,7 @@ class FakeLoops final : public daemon::gateway::LoopsView {
       reading.row.pv_quality = 0xC0;
       reading.set_point_wanted = 60.0;
       reading.output_wanted = 25.0;
-      reading.standing = {.mode = control::Mode::automatic, .output_known = true};
+      reading.availability = {.mode = control::Mode::automatic, .output_known = true};
       readings.push_back(reading);
     }
     box_reading.utc_ms = 1'800'000'000'123;
@@ -52,11 +52,11 @@ class FakeLoops final : public daemon::gateway::LoopsView {
     return readings[loop];
   }
   daemon::gateway::BoxReading box() override { return box_reading; }
-  bool has_room_for_order(std::size_t) override { return room; }
-  // Every cycle takes every command.
-  void order(std::size_t loop, const daemon::rt::Order& order,
-             std::vector<daemon::journal::JournalEntry> of_order) override {
-    orders.emplace_back(loop, order);
+  bool has_room_for_command(std::size_t) override { return room; }
+  // Every cycle takes every order.
+  void send(std::size_t loop, const daemon::rt::Command& order,
+            std::vector<daemon::journal::JournalEntry> of_order) override {
+    commands.emplace_back(loop, order);
     if (order.ends_commissioning) commissioned.erase(loop);
     for (daemon::journal::JournalEntry& line : of_order) {
       line.result = "done";
@@ -64,8 +64,8 @@ class FakeLoops final : public daemon::gateway::LoopsView {
     }
   }
   bool collect_answers() override { return false; }
-  void close_orders() override {}
-  std::uint64_t act(std::size_t loop, const daemon::supervision::AlarmOrder& order) override {
+  void close_commands() override {}
+  std::uint64_t act(std::size_t loop, const daemon::supervision::AlarmCommand& order) override {
     actions.emplace_back(loop, order);
     return posted();
   }
@@ -94,8 +94,8 @@ class FakeLoops final : public daemon::gateway::LoopsView {
   std::set<std::size_t> watched;  // another controller has them
   std::set<std::size_t> commissioned;
   std::size_t reads = 0;
-  std::vector<std::pair<std::size_t, daemon::rt::Order>> orders;
-  std::vector<std::pair<std::size_t, daemon::supervision::AlarmOrder>> actions;
+  std::vector<std::pair<std::size_t, daemon::rt::Command>> commands;
+  std::vector<std::pair<std::size_t, daemon::supervision::AlarmCommand>> actions;
   std::vector<std::string> acknowledged_by;
   std::vector<alarm::AlarmKind> acknowledged_kinds;  // that the last of them meant
   std::vector<std::pair<std::size_t, bool>> vetoes;

@@ -102,7 +102,7 @@ TEST_CASE("while an acknowledgement waits for a slow disk, heartbeats are read",
   bench.rounds(1);
   CHECK(operators.received() == kAcknowledgeAll);
   CHECK_FALSE(bench.lost());
-  CHECK(bench.loops.orders.empty());
+  CHECK(bench.loops.commands.empty());
 }
 
 TEST_CASE("a disk that does not answer delays an acknowledgement by 250 ms, and only once",
@@ -134,7 +134,7 @@ TEST_CASE("a delayed round judges no heartbeat", "[gateway]") {
   bench.rounds(3);
   CHECK(leader.received().size() == 2 * heartbeat(1).size());
   CHECK_FALSE(bench.lost());
-  CHECK(bench.loops.orders.empty());
+  CHECK(bench.loops.commands.empty());
   // The leader falls silent for good. Watched loops, which another controller runs, are not
   // affected.
   bench.loops.watched = {58, 59};
@@ -143,7 +143,7 @@ TEST_CASE("a delayed round judges no heartbeat", "[gateway]") {
   CHECK_FALSE(bench.lost());
   bench.rounds(2, 0.1);
   CHECK(bench.lost());
-  CHECK(bench.loops.orders.size() == 58);
+  CHECK(bench.loops.commands.size() == 58);
 }
 
 }  // namespace loopwarden::daemon::gateway::gateway_test

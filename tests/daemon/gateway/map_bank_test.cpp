@@ -247,9 +247,9 @@ TEST_CASE("commands reach the loop, and the journal names peer, old and new valu
           "[gateway][map]") {
   Bench bench;
   CHECK(bench.write("sp", Bench::words_of(55.5F), 1) == Exception::none);
-  REQUIRE(bench.plant.orders.size() == 1);
-  CHECK(bench.plant.orders[0].first == 1);
-  CHECK(bench.plant.orders[0].second.set_point == 55.5);
+  REQUIRE(bench.plant.commands.size() == 1);
+  CHECK(bench.plant.commands[0].first == 1);
+  CHECK(bench.plant.commands[0].second.set_point == 55.5);
   REQUIRE(bench.plant.lines.size() == 1);
   CHECK(bench.plant.lines[0].peer == "10.0.0.7:1000");
   CHECK(bench.plant.lines[0].loop == "FIC-101");
@@ -258,13 +258,13 @@ TEST_CASE("commands reach the loop, and the journal names peer, old and new valu
   CHECK(bench.plant.lines[0].new_value == "55.5");
   CHECK(bench.plant.lines[0].result == "done");
 
-  const auto last = [&] { return bench.plant.orders.back().second; };
+  const auto last = [&] { return bench.plant.commands.back().second; };
   CHECK(bench.write("sp_scaled", {2000}) == Exception::none);
   CHECK(*last().set_point == Approx(20.0));
   CHECK(bench.plant.lines.back().old_value == "60");
   CHECK(bench.write("mode", {0}) == Exception::none);
   CHECK(last().mode == control::Mode::manual);
-  bench.plant.readings[0].standing.mode = control::Mode::manual;
+  bench.plant.readings[0].availability.mode = control::Mode::manual;
   CHECK(bench.write("mode", {1}) == Exception::none);
   CHECK(last().mode == control::Mode::automatic);
   CHECK(bench.write("output", Bench::words_of(12.5F)) == Exception::none);
@@ -282,9 +282,9 @@ TEST_CASE("commands reach the loop, and the journal names peer, old and new valu
 TEST_CASE("a command that the mode forbids gets exception 06, and is refused in the journal",
           "[gateway][map]") {
   Bench bench;
-  rt::Standing& standing = bench.plant.readings[0].standing;
+  rt::LoopAvailability& availability = bench.plant.readings[0].availability;
   const auto refused = [&](const char* reason) {
-    CHECK(bench.plant.orders.empty());
+    CHECK(bench.plant.commands.empty());
     REQUIRE_FALSE(bench.plant.lines.empty());
     CHECK_THAT(bench.plant.lines.back().result, Catch::StartsWith("refused: "));
     CHECK_THAT(bench.plant.lines.back().result, Catch::Contains(reason));
@@ -299,24 +299,24 @@ TEST_CASE("a command that the mode forbids gets exception 06, and is refused in 
     refused("output must be within 0 to 100 (got 100.5)");
   }
   SECTION("an output while a fault's action has it") {
-    standing = {.mode = control::Mode::manual, .output_known = true, .output_in_fault = true};
+    availability = {.mode = control::Mode::manual, .output_known = true, .output_in_fault = true};
     CHECK(bench.write("output", Bench::words_of(12.5F)) == Exception::busy);
     refused("fault");
   }
   SECTION("a set point that follows PV in manual") {
-    standing.mode = control::Mode::manual;
+    availability.mode = control::Mode::manual;
     CHECK(bench.write("sp", Bench::words_of(55.0F)) == Exception::busy);
     refused("follows PV");
     bench.plant.readings[0].settings.controller.set_point_tracks_in_manual = false;
     CHECK(bench.write("sp", Bench::words_of(55.0F)) == Exception::none);
   }
   SECTION("automatic while the position of the output is unknown") {
-    standing = {.mode = control::Mode::manual, .output_known = false};
+    availability = {.mode = control::Mode::manual, .output_known = false};
     CHECK(bench.write("mode", {1}) == Exception::busy);
     refused("not known");
   }
   SECTION("automatic during a fault that ends in manual") {
-    standing = {.mode = control::Mode::manual, .output_known = true, .manual_after_fault = true};
+    availability = {.mode = control::Mode::manual, .output_known = true, .manual_after_fault = true};
     CHECK(bench.write("mode", {1}) == Exception::busy);
     refused("wait in manual");
   }
@@ -334,7 +334,7 @@ TEST_CASE(
   LoopReading& loop = bench.plant.readings[0];
   loop.row.co = kNan;
   loop.row.fault = static_cast<std::uint8_t>(control::Fault::output_unknown);
-  loop.standing = {.mode = control::Mode::manual, .output_known = false};
+  loop.availability = {.mode = control::Mode::manual, .output_known = false};
   CHECK(bench.word("fault") == 8);
   CHECK(bench.number("co") == 0.0F);
   CHECK(bench.word("co_scaled") == 0x8000);
@@ -343,9 +343,9 @@ TEST_CASE(
   // Closing the valve is still a command.
   CHECK(bench.write("output", Bench::words_of(0.0F)) == Exception::none);
   CHECK(bench.write("output_scaled", {2500}) == Exception::none);
-  REQUIRE(bench.plant.orders.size() == 2);
-  CHECK(bench.plant.orders[0].second.output == 0.0);
-  CHECK(bench.plant.orders[1].second.output == 25.0);
+  REQUIRE(bench.plant.commands.size() == 2);
+  CHECK(bench.plant.commands[0].second.output == 0.0);
+  CHECK(bench.plant.commands[1].second.output == 25.0);
   REQUIRE(bench.plant.lines.size() == 2);
   CHECK(bench.plant.lines[0].old_value.empty());
   CHECK(bench.plant.lines[1].old_value.empty());
@@ -357,7 +357,7 @@ TEST_CASE("a write of the value in force is no command and no journal line", "[g
   LoopReading& loop = bench.plant.readings[0];
   loop.settings.controller.pid.gains = {.kp = 0.1, .ki = 0.3, .kd = 0.0};
   const bool manual = GENERATE(false, true);
-  loop.standing.mode = manual ? control::Mode::manual : control::Mode::automatic;
+  loop.availability.mode = manual ? control::Mode::manual : control::Mode::automatic;
   const auto block = [&](std::uint32_t first, std::size_t count) {
     return bench.bank.write(Table::holding_register, static_cast<std::uint16_t>(first),
                             bench.read(Table::holding_register, first, count), kMaster);
@@ -377,7 +377,7 @@ TEST_CASE("a write of the value in force is no command and no journal line", "[g
     // shelves].
     CHECK(block(32, 19) == Exception::none);
   }
-  CHECK(bench.plant.orders.empty());
+  CHECK(bench.plant.commands.empty());
   CHECK(bench.plant.actions.empty());
   CHECK(bench.plant.lines.empty());
   if (!manual) return;
@@ -393,8 +393,8 @@ TEST_CASE("in a block only the values that differ from those in force are comman
   block[2] = sp[0];
   block[3] = sp[1];
   CHECK(bench.bank.write(Table::holding_register, 32, block, kMaster) == Exception::none);
-  REQUIRE(bench.plant.orders.size() == 1);
-  const rt::Order& order = bench.plant.orders[0].second;
+  REQUIRE(bench.plant.commands.size() == 1);
+  const rt::Command& order = bench.plant.commands[0].second;
   CHECK(order.set_point == 61.0);
   CHECK_FALSE((order.mode || order.output || order.kp || order.ki || order.kd));
   REQUIRE(bench.plant.lines.size() == 1);
@@ -405,21 +405,21 @@ TEST_CASE("in manual the output in force is the commanded one, which the device 
           "[gateway][map]") {
   Bench bench;
   LoopReading& loop = bench.plant.readings[0];
-  loop.standing.mode = control::Mode::manual;
+  loop.availability.mode = control::Mode::manual;
   loop.settings.controller.pid.tolerance = 0.02;
   loop.output_wanted = 33.333;
   loop.row.co = 33.32;
   CHECK(bench.write("output", Bench::words_of(33.333F)) == Exception::none);
   CHECK(bench.write("output", Bench::words_of(33.32F)) == Exception::none);  // as it reads
   CHECK(bench.write("output_scaled", {3332}) == Exception::none);
-  CHECK(bench.plant.orders.empty());
+  CHECK(bench.plant.commands.empty());
   CHECK(bench.plant.lines.empty());
   // On its way to another output: a stop at this value is a command.
   loop.row.co = 20.0;
   CHECK(bench.write("output", Bench::words_of(20.0F)) == Exception::none);
-  CHECK(bench.plant.orders.size() == 1);
+  CHECK(bench.plant.commands.size() == 1);
   CHECK(bench.write("output", Bench::words_of(33.333F)) == Exception::none);
-  CHECK(bench.plant.orders.size() == 1);
+  CHECK(bench.plant.commands.size() == 1);
 }
 
 TEST_CASE("values that only the new mode keeps are commanded with it", "[gateway][map]") {
@@ -429,19 +429,19 @@ TEST_CASE("values that only the new mode keeps are commanded with it", "[gateway
   const Words sp = Bench::words_of(60.0F);
   words.insert(words.end(), sp.begin(), sp.end());
   SECTION("the set point that follows PV in manual, on the way to automatic") {
-    loop.standing.mode = control::Mode::manual;
+    loop.availability.mode = control::Mode::manual;
     CHECK(bench.write("mode", words) == Exception::none);
-    REQUIRE(bench.plant.orders.size() == 1);
-    CHECK(bench.plant.orders[0].second.set_point == 60.0);
+    REQUIRE(bench.plant.commands.size() == 1);
+    CHECK(bench.plant.commands[0].second.set_point == 60.0);
   }
   SECTION("the output that the controller moves, on the way to manual") {
     words[0] = 0;
     const Words output = Bench::words_of(25.0F);
     words.insert(words.end(), output.begin(), output.end());
     CHECK(bench.write("mode", words) == Exception::none);
-    REQUIRE(bench.plant.orders.size() == 1);
-    CHECK(bench.plant.orders[0].second.output == 25.0);
-    CHECK_FALSE(bench.plant.orders[0].second.set_point);
+    REQUIRE(bench.plant.commands.size() == 1);
+    CHECK(bench.plant.commands[0].second.output == 25.0);
+    CHECK_FALSE(bench.plant.commands[0].second.set_point);
   }
 }
 
@@ -457,8 +457,8 @@ TEST_CASE("one request with mode and output is judged by its own mode", "[gatewa
   };
   SECTION("manual, with the set point that is in force, and an output") {
     CHECK(bench.write("mode", block(0, 0, 60.0F, 30.0F)) == Exception::none);
-    REQUIRE(bench.plant.orders.size() == 1);
-    const rt::Order& order = bench.plant.orders[0].second;
+    REQUIRE(bench.plant.commands.size() == 1);
+    const rt::Command& order = bench.plant.commands[0].second;
     CHECK(order.mode == control::Mode::manual);
     CHECK(order.output == 30.0);
     CHECK_FALSE(order.set_point);
@@ -468,27 +468,27 @@ TEST_CASE("one request with mode and output is judged by its own mode", "[gatewa
   }
   SECTION("manual, with a set point that would follow PV: refused as a whole") {
     CHECK(bench.write("mode", block(0, 0, 55.0F, 30.0F)) == Exception::busy);
-    CHECK(bench.plant.orders.empty());
+    CHECK(bench.plant.commands.empty());
     CHECK(bench.plant.lines.size() == 3);
   }
   SECTION("automatic from manual, with a set point and the present output") {
-    bench.plant.readings[0].standing.mode = control::Mode::manual;
+    bench.plant.readings[0].availability.mode = control::Mode::manual;
     CHECK(bench.write("mode", block(1, 0, 55.0F, 25.0F)) == Exception::none);
-    REQUIRE(bench.plant.orders.size() == 1);
-    CHECK(bench.plant.orders[0].second.mode == control::Mode::automatic);
-    CHECK(bench.plant.orders[0].second.set_point == 55.0);
-    CHECK_FALSE(bench.plant.orders[0].second.output);
+    REQUIRE(bench.plant.commands.size() == 1);
+    CHECK(bench.plant.commands[0].second.mode == control::Mode::automatic);
+    CHECK(bench.plant.commands[0].second.set_point == 55.0);
+    CHECK_FALSE(bench.plant.commands[0].second.output);
   }
   SECTION("automatic, with another output: refused as a whole") {
     CHECK(bench.write("mode", block(1, 0, 55.0F, 30.0F)) == Exception::busy);
-    CHECK(bench.plant.orders.empty());
+    CHECK(bench.plant.commands.empty());
   }
   SECTION("the gap between two fields accepts only the 0 that it reads, and not at an end") {
     CHECK(bench.write("mode", block(0, 1, 60.0F, 30.0F)) == Exception::illegal_address);
     CHECK(bench.write("mode", {0, 0}) == Exception::illegal_address);
     CHECK(bench.bank.write(Table::holding_register, 33, Words{0, 0x4270, 0}, kMaster) ==
           Exception::illegal_address);
-    CHECK(bench.plant.orders.empty());
+    CHECK(bench.plant.commands.empty());
   }
 }
 
@@ -581,7 +581,7 @@ TEST_CASE("a value out of its limits, half a value, or no number is refused with
   const auto at = static_cast<std::uint16_t>(bench.address(Table::holding_register, "sp", 0) + 1);
   CHECK(bench.bank.write(Table::holding_register, at, Words{0}, kMaster) ==
         Exception::illegal_value);
-  CHECK(bench.plant.orders.empty());
+  CHECK(bench.plant.commands.empty());
   CHECK(bench.plant.actions.empty());
   for (const auto& line : bench.plant.lines) CHECK(line.result.find("refused") == 0);
 }
@@ -594,19 +594,19 @@ TEST_CASE("a request is done as a whole or not at all", "[gateway][map]") {
   gains.insert(gains.end(), ki.begin(), ki.end());
   SECTION("all are valid") {
     CHECK(bench.write("kp", gains) == Exception::none);
-    REQUIRE(bench.plant.orders.size() == 1);
-    CHECK(bench.plant.orders[0].second.kp == 0.5);
-    CHECK(*bench.plant.orders[0].second.ki == Approx(0.1));
+    REQUIRE(bench.plant.commands.size() == 1);
+    CHECK(bench.plant.commands[0].second.kp == 0.5);
+    CHECK(*bench.plant.commands[0].second.ki == Approx(0.1));
   }
   SECTION("one is not") {
     gains.insert(gains.end(), kd.begin(), kd.end());
     CHECK(bench.write("kp", gains) == Exception::illegal_value);
-    CHECK(bench.plant.orders.empty());
+    CHECK(bench.plant.commands.empty());
   }
   SECTION("the mailbox has no room for all") {
     bench.plant.room = false;
     CHECK(bench.write("kp", gains) == Exception::busy);
-    CHECK(bench.plant.orders.empty());
+    CHECK(bench.plant.commands.empty());
     CHECK(bench.plant.lines.size() == 2);
   }
 }
@@ -842,7 +842,7 @@ TEST_CASE("a watched loop has no writable registers, alarms included", "[map][wa
     CHECK(write(1) == Exception::illegal_address);
     CHECK(write(2) != Exception::illegal_address);
   }
-  for (const auto& [loop, order] : bench.plant.orders) CHECK(loop == 2);
+  for (const auto& [loop, order] : bench.plant.commands) CHECK(loop == 2);
   for (const auto& [loop, action] : bench.plant.actions) CHECK(loop == 2);
   for (const auto& [loop, vetoed] : bench.plant.vetoes) CHECK(loop == 2);
 }
@@ -858,10 +858,10 @@ TEST_CASE("in a loop that is being commissioned only manual can be written, and 
     CHECK(bench.bank.write(reg.table, static_cast<std::uint16_t>(registers::address(reg, 1)), words,
                            kMaster) == Exception::illegal_address);
   }
-  CHECK(bench.plant.orders.empty());
+  CHECK(bench.plant.commands.empty());
   CHECK(bench.plant.commissioned.contains(1));
   // While manual is in force, repeating it takes no loop back from its commissioning.
-  bench.plant.readings[1].standing.mode = control::Mode::manual;
+  bench.plant.readings[1].availability.mode = control::Mode::manual;
   Words block{0, 0};
   for (const float value : {60.0F, 25.0F}) {
     const Words two = Bench::words_of(value);
@@ -871,13 +871,13 @@ TEST_CASE("in a loop that is being commissioned only manual can be written, and 
     CHECK(bench.write("mode", {0}, 1) == Exception::illegal_address);
     CHECK(bench.write("mode", block, 1) == Exception::illegal_address);
   }
-  CHECK(bench.plant.orders.empty());
+  CHECK(bench.plant.commands.empty());
   CHECK(bench.plant.lines.empty());
   CHECK(bench.plant.commissioned.contains(1));
-  bench.plant.readings[1].standing.mode = control::Mode::automatic;
+  bench.plant.readings[1].availability.mode = control::Mode::automatic;
   CHECK(bench.write("mode", {0}, 1) == Exception::none);
-  REQUIRE(bench.plant.orders.size() == 1);
-  CHECK(bench.plant.orders[0].second.mode == control::Mode::manual);
+  REQUIRE(bench.plant.commands.size() == 1);
+  CHECK(bench.plant.commands[0].second.mode == control::Mode::manual);
   CHECK_FALSE(bench.plant.commissioned.contains(1));
   CHECK(bench.write("sp", Bench::words_of(55.5F), 1) == Exception::none);
 }

@@ -33,7 +33,7 @@ config::LoopConfig loop_config(Start::AfterRestart after = Start::AfterRestart::
   return loop;
 }
 
-LastOrder last_order() {
+LastCommand last_order() {
   return {.mode = Mode::automatic,
           .set_point = 12.4,
           .pv_unit = "m3/h",
@@ -42,7 +42,7 @@ LastOrder last_order() {
           .manual_after_fault = false};
 }
 
-LastOrders known(const LastOrder& order, const std::string& tag = "FIC-101") {
+LastCommands known(const LastCommand& order, const std::string& tag = "FIC-101") {
   return {.loops = {{tag, order}}, .known = true, .damaged = {}};
 }
 
@@ -58,7 +58,7 @@ TEST_CASE("a loop continues with the mode and set point of the last command", "[
   CHECK(warm.line->old_value == "AUTO, SP 12.4 m3/h");
   CHECK(warm.line->new_value == "AUTO, SP 12.4 m3/h");
   CHECK(warm.line->reason == "start.after_restart is continue; the file has AUTO, SP 12 m3/h");
-  LastOrder manual = last_order();
+  LastCommand manual = last_order();
   manual.mode = Mode::manual;
   const WarmStart by_hand = warm_start(loop_config(), known(manual));
   CHECK(by_hand.start.mode == Mode::manual);
@@ -84,7 +84,7 @@ TEST_CASE("without saved commands the file decides, and no line is written", "[r
   CHECK(first.start.set_point == 12.0);
   CHECK_FALSE(first.line);
   // The command equals the file.
-  LastOrder same = last_order();
+  LastCommand same = last_order();
   same.set_point = 12.0;
   CHECK_FALSE(warm_start(loop_config(), known(same)).line);
   // A loop that is new or has a new tag.
@@ -96,7 +96,7 @@ TEST_CASE("without saved commands the file decides, and no line is written", "[r
 
 TEST_CASE("in doubt a loop waits in manual, with the reason in the journal", "[restart]") {
   config::LoopConfig loop = loop_config();
-  LastOrder last = last_order();
+  LastCommand last = last_order();
   std::string why;
   SECTION("it was being commissioned") {
     last.commissioned = true;
@@ -131,8 +131,8 @@ TEST_CASE("in doubt a loop waits in manual, with the reason in the journal", "[r
 
 TEST_CASE("an unreadable file of last commands makes loops wait in manual", "[restart]") {
   const tests::TemporaryFolder folder;
-  const LastOrdersFile file(folder / "last-orders.json");
-  const LastOrders none = file.load();
+  const LastCommandsFile file(folder / "last-orders.json");
+  const LastCommands none = file.load();
   CHECK_FALSE(none.known);
   CHECK(none.damaged.empty());
   REQUIRE(file.save({{"FIC-101", last_order()}}).empty());
@@ -145,7 +145,7 @@ TEST_CASE("an unreadable file of last commands makes loops wait in manual", "[re
   SECTION("another digit") { text[text.find("12.4")] = '9'; }
   SECTION("no text") { text = std::string(100, '\0'); }
   REQUIRE_FALSE(base::replace_file(folder / "last-orders.json", text));
-  const LastOrders damaged = file.load();
+  const LastCommands damaged = file.load();
   CHECK(damaged.loops.empty());
   CHECK_FALSE(damaged.damaged.empty());
   CHECK(std::filesystem::exists(folder / "last-orders.json.damaged"));

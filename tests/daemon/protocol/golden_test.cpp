@@ -152,23 +152,22 @@ std::map<std::string, std::string> answers() {
   ask("twin", {{"request", "twin"}});
   ask("no_such_loop", {{"request", "loop"}, {"loop", "FIC-999"}});
   bench.now_ms += 1000;
-  bench.board.window_judged(0,
-                            {.oscillation_index = 1.5,
-                             .period_s = 20.0,
-                             .stick_percent = 6.5,
-                             .stick_source = alarm::StickSource::read_back},
-                            stiction_seen(), console_bench::stiction_on());
-  bench.board.set_progress(0, watch::ModeTimes(0.1), {.control_performance = 91.0, .valve = 40.5},
-                           alarm::WindowState::valid);
-  bench.board.controller_not_watched(0, "it is not known");
-  bench.board.twin_says(0,
-                        {.judging = watch::Judging::here,
-                         .load = watch::LoadOutside{.size = 2.5, .since_s = 90.0},
-                         .untested = {{{60.0, true}, {7200.0, false}}}},
-                        1.0);
-  bench.board.explained(0, why());
+  bench.board.of(0).window_judged({.oscillation_index = 1.5,
+                                   .period_s = 20.0,
+                                   .stick_percent = 6.5,
+                                   .stick_source = model::StickSource::read_back},
+                                  stiction_seen(), console_bench::stiction_on());
+  bench.board.of(0).set_progress(model::ModeTimes(0.1),
+                                 {.control_performance = 91.0, .valve = 40.5},
+                                 model::WindowState::valid);
+  bench.board.of(0).controller_not_watched("it is not known");
+  bench.board.of(0).set_twin_remarks({.judging = model::Judging::here,
+                                      .load = model::LoadOutside{.size = 2.5, .since_s = 90.0},
+                                      .untested = {{{60.0, true}, {7200.0, false}}}},
+                                     1.0);
+  bench.board.of(0).explained(why());
   bench.now_ms += 48'000;
-  bench.board.window_not_fit(0, {}, alarm::WindowState::saturated);
+  bench.board.of(0).window_not_fit({}, model::WindowState::saturated);
   ask("status", {{"request", "status"}});
   ask("loop", {{"request", "loop"}});
   ask("describe", {{"request", "describe"}});
@@ -189,9 +188,8 @@ std::map<std::string, std::string> answers() {
                         {"minutes", 30},
                         {"reason", "packing"}});
   ask("alarm_refused", {{"request", "alarm"}, {"alarm", "hysteresis"}, {"action", "acknowledge"}});
-  bench.board.process_changed(0,
-                              std::vector<daemon::supervision::ProcessNews>{
-                                  {{alarm::AlarmKind::output_lost, true}, "the device is gone"}});
+  bench.board.of(0).process_changed(std::vector<daemon::supervision::ProcessNews>{
+      {{model::AlarmKind::output_lost, true}, "the device is gone"}});
   ask("acknowledge_incident", {{"request", "acknowledge_incident"},
                                {"incident", json::parse(told["loop"]).at("incident").at("id")},
                                {"reason", "seen"}});
@@ -199,7 +197,7 @@ std::map<std::string, std::string> answers() {
   ask("alarm_design", {{"request", "alarm_design"}});
   ask("alarm_figures", {{"request", "alarm_figures"}, {"hours", 1}});
   ask("veto_refused", {{"request", "veto"}, {"veto", true}, {"reason", "no"}});
-  bench.board.corrective_state(0, alarm::CorrectiveState::waiting);
+  bench.board.of(0).set_corrective_state(model::CorrectiveState::waiting);
   ask("veto", {{"request", "veto"}, {"veto", true}, {"reason", "no"}});
   ask("record_started", {{"request", "record"}, {"start", "trial"}});
   ask("record_stopped", {{"request", "record"}, {"stop", true}});

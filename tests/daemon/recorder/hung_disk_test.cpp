@@ -26,7 +26,7 @@
 #include "base/clock.hpp"
 #include "base/local_socket.hpp"
 #include "record/record_csv.hpp"
-#include "tests/daemon/console/parts_of.hpp"
+#include "tests/daemon/console/fake_daemon.hpp"
 #include "tests/daemon/rt/loop_fixture.hpp"
 #include "tests/support/device/foreign_process.hpp"
 #include "tests/support/hung_disk.hpp"
@@ -61,9 +61,9 @@ struct Bench {
     journal.start();
     evidence.start();
     historian.start();
-    server = std::make_unique<ControlServer>(
-        folder.path(), tests::parts_of(*this, [this] { return daemon_status(); }),
-        console::Rights{});
+    server = std::make_unique<ControlServer>(folder.path(), tests::plant_of(*this),
+                                             tests::archive_of(*this), daemon, daemon,
+                                             console::Rights{});
     server->keep_metrics(folder / "metrics.prom");
     server->start();
   }
@@ -110,8 +110,9 @@ struct Bench {
       {},
       [](const evidence::Evidence&, const std::filesystem::path&, const std::string&) {}};
   reports::ReportDesk reports = tests::desk_in(folder.path(), base::utc_ms);
-  supervision::WatchBoard board{{{"FIC-101", 0.1}}, {}, journal, [] { return std::int64_t{1}; }};
+  supervision::AlarmRegistry board{{{"FIC-101", 0.1}}, {}, journal, [] { return std::int64_t{1}; }};
   daemon::host::BoxBoard box_alarms{{}, journal, [] { return std::int64_t{1}; }};
+  tests::FakeDaemon daemon{folder.path(), [this] { return daemon_status(); }};
   std::unique_ptr<ControlServer> server;
   std::uint64_t next = 1;
 };
@@ -199,7 +200,7 @@ TEST_CASE(
     "remembered, and the status reports the fault",
     "[disk]") {
   Bench bench;
-  bench.board.window_judged(0, {}, {}, stiction_on());
+  bench.board.of(0).window_judged({}, {}, stiction_on());
   REQUIRE(eventually([&] { return bench.journal.status().waiting == 0; }));
 
   tests::HungDisk disk(bench.folder.path());

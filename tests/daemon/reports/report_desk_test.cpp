@@ -56,7 +56,7 @@ struct Bench {
   std::vector<Report> ended;
 };
 
-Order order_of(const std::string& loop, Kind kind = Kind::gap, std::string twin = {}) {
+Order command_of(const std::string& loop, Kind kind = Kind::gap, std::string twin = {}) {
   return {.loop = loop,
           .kind = kind,
           .from_ms = 1'799'990'000'123,
@@ -86,7 +86,7 @@ TEST_CASE("a report is made by the command of its kind, with only its own argume
       "\"$TMPDIR/x\"; echo '<title>' > \"$OUT/" +
       page + "\"\necho 'progress: gap 99 %' >&2; echo assumed: a >&2; echo 'The valve sticks.'");
   ReportDesk desk = bench.make();
-  const auto posted = desk.post(order_of("FIC-101", kind, twin));
+  const auto posted = desk.post(command_of("FIC-101", kind, twin));
   REQUIRE(posted);
   CHECK(posted->name == std::string("FIC-101-") + to_text(kind) + "-20270115T080001000Z");
   CHECK(bench.woken == 1);
@@ -124,7 +124,7 @@ TEST_CASE("a failed report has the reason in the command's own words", "[reports
        {"echo all is well", "it wrote no report", false}}));
   Bench bench(script);
   ReportDesk desk = bench.make();
-  desk.post(order_of("FIC-101"));
+  desk.post(command_of("FIC-101"));
   REQUIRE(desk.run_next(go_on));
   const Report report = desk.of("FIC-101")->front();
   CHECK(report.state == State::failed);
@@ -136,7 +136,7 @@ TEST_CASE("a report that takes too long is ended, and its files are deleted", "[
   Bench bench("echo half > \"$OUT/half\"; exec sleep 600");
   bench.settings.most_time = milliseconds(500);
   ReportDesk desk = bench.make();
-  desk.post(order_of("FIC-101"));
+  desk.post(command_of("FIC-101"));
   REQUIRE(desk.run_next(go_on));
   const Report report = desk.of("FIC-101")->front();
   CHECK(report.state == State::failed);
@@ -148,7 +148,7 @@ TEST_CASE("without the program a report fails", "[reports]") {
   Bench bench("");
   bench.settings.program = bench.folder / "nowhere";
   ReportDesk desk = bench.make();
-  desk.post(order_of("FIC-101"));
+  desk.post(command_of("FIC-101"));
   REQUIRE(desk.run_next(go_on));
   CHECK(desk.of("FIC-101")->front().state == State::failed);
   CHECK_THAT(desk.of("FIC-101")->front().sentence, Catch::Contains("nowhere"));
@@ -159,12 +159,12 @@ TEST_CASE("four reports wait, each at its position, and the fifth is refused", "
   ReportDesk desk = bench.make();
   std::vector<std::string> order;
   for (const char* loop : {"FIC-101", "FIC-102", "FIC-101", "FIC-101"}) {
-    const auto posted = desk.post(order_of(loop));
+    const auto posted = desk.post(command_of(loop));
     REQUIRE(posted);
     CHECK(posted->place == order.size() + 1);
     order.push_back(posted->name);
   }
-  CHECK_FALSE(desk.post(order_of("FIC-103")));
+  CHECK_FALSE(desk.post(command_of("FIC-103")));
   CHECK(bench.woken == 4);
   // The report that is being made does not count as waiting.
   std::vector<Report> meanwhile;
@@ -172,7 +172,7 @@ TEST_CASE("four reports wait, each at its position, and the fifth is refused", "
   REQUIRE(desk.run_next([&](milliseconds patience) {
     if (meanwhile.empty()) {
       meanwhile = *desk.of("FIC-101");
-      has_room = desk.post(order_of("FIC-104")).has_value();
+      has_room = desk.post(command_of("FIC-104")).has_value();
     }
     return go_on(patience);
   }));
@@ -196,8 +196,8 @@ TEST_CASE("two reports of one millisecond have different names", "[reports]") {
                    .wake = [] {},
                    .ended = [](const Report&) {},
                    .in_use = [](const fs::path&) { return false; }}};
-  const auto one = desk.post(order_of("FIC-101"));
-  const auto other = desk.post(order_of("FIC-101"));
+  const auto one = desk.post(command_of("FIC-101"));
+  const auto other = desk.post(command_of("FIC-101"));
   CHECK(one->name != other->name);
 }
 
@@ -206,8 +206,8 @@ TEST_CASE("a report that is stopped restarts, before later ones", "[reports]") {
       "if [ -e \"$OUT/../second\" ]; then echo '<title>' > \"$OUT/report.html\"; else "
       "touch \"$OUT/half\" \"$OUT/../second\"; exec sleep 600; fi");
   ReportDesk desk = bench.make();
-  const auto first = desk.post(order_of("FIC-101"));
-  desk.post(order_of("FIC-101"));
+  const auto first = desk.post(command_of("FIC-101"));
+  desk.post(command_of("FIC-101"));
   const fs::path second = bench.settings.folder / "second";
   REQUIRE(desk.run_next([&](milliseconds) { return fs::exists(second); }));
   CHECK(bench.ended.empty());
@@ -224,7 +224,7 @@ TEST_CASE("a report that is stopped restarts, before later ones", "[reports]") {
 TEST_CASE("the progress of a report is shown while it is made", "[reports]") {
   Bench bench("echo 'progress: what can be seen 41 %' >&2; echo note >&2; exec sleep 600");
   ReportDesk desk = bench.make();
-  desk.post(order_of("FIC-101"));
+  desk.post(command_of("FIC-101"));
   Report seen;
   desk.run_next([&](milliseconds patience) {
     seen = desk.of("FIC-101")->front();
@@ -241,7 +241,7 @@ TEST_CASE("the newest reports of a loop are kept, and those that its loops use",
   ReportDesk desk = bench.make();
   std::vector<Report> made;
   for (const char* loop : {"FIC-101", "FIC-102", "FIC-101", "FIC-101", "FIC-101"}) {
-    made.push_back(*desk.post(order_of(loop)));
+    made.push_back(*desk.post(command_of(loop)));
     if (made.size() == 1) bench.in_use = bench.folder_of(made.front());
     REQUIRE(desk.run_next(go_on));
   }
@@ -258,11 +258,11 @@ TEST_CASE("a restart knows the reports, and marks those that it ended as failed"
       "'<title>' > \"$OUT/report.html\"; echo fine");
   {
     ReportDesk desk = bench.make();
-    desk.post(order_of("FIC-101"));
+    desk.post(command_of("FIC-101"));
     REQUIRE(desk.run_next(go_on));
-    desk.post(order_of("FIC-101", Kind::survey));
-    desk.post(order_of("FIC-101", Kind::diagnose));
-    // Like a daemon that is killed: the disk keeps the files of that moment.
+    desk.post(command_of("FIC-101", Kind::survey));
+    desk.post(command_of("FIC-101", Kind::diagnose));
+    // As a daemon that is killed: what it leaves on the disk is what was there while it worked.
     REQUIRE(desk.run_next([&](milliseconds patience) {
       go_on(patience);
       const auto all = *desk.of("FIC-101");
@@ -276,7 +276,7 @@ TEST_CASE("a restart knows the reports, and marks those that it ended as failed"
   bench.settings.folder = bench.folder / "killed";
   ReportDesk after = bench.make();
   CHECK_FALSE(after.of("FIC-101"));
-  const auto asked = after.post(order_of("FIC-101"));
+  const auto asked = after.post(command_of("FIC-101"));
   REQUIRE(after.run_next(go_on));
   const std::vector<Report> all = after.of("FIC-101").value();
   REQUIRE(all.size() == 4);
@@ -290,8 +290,8 @@ TEST_CASE("a restart knows the reports, and marks those that it ended as failed"
   CHECK(all[3].state == State::done);
   CHECK(all[3].sentence == "fine");
   CHECK(all[3].has_page);
-  CHECK(all[3].order.from_ms == order_of("").from_ms);
-  CHECK(all[3].order.by == order_of("").by);
+  CHECK(all[3].order.from_ms == command_of("").from_ms);
+  CHECK(all[3].order.by == command_of("").by);
   CHECK_FALSE(fs::exists(bench.folder_of(all[2]) / "half"));
   CHECK(fs::exists(bench.settings.folder / "own/report.html"));
 }

@@ -16,12 +16,12 @@ namespace {
 using control::Fault;
 using control::Mode;
 using control::OutputAction;
+using daemon::rt::Command;
 using daemon::rt::Event;
 using daemon::rt::EventCode;
-using daemon::rt::JacketWish;
+using daemon::rt::JacketMode;
 using daemon::rt::LoopSettings;
-using daemon::rt::MovesWish;
-using daemon::rt::Order;
+using daemon::rt::MovesMode;
 using daemon::rt::Refusal;
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
@@ -172,7 +172,7 @@ TEST_CASE(
   CHECK(static_cast<Mode>(loop.row.requested_mode) == Mode::manual);
   const auto events = loop.take_events();
   CHECK(std::any_of(events.begin(), events.end(),
-                    [](const auto& e) { return e.code == EventCode::order_refused; }));
+                    [](const auto& e) { return e.code == EventCode::command_refused; }));
   loop.order({.output = 30.0});
   loop.run(1);
   CHECK(loop.io.written == Approx(30.0));
@@ -297,7 +297,7 @@ TEST_CASE("a loop whose read-back died with its output is freed by a command for
   CHECK(loop.fault() == Fault::output_lost);
   CHECK_FALSE(loop.io.last.write);
   CHECK(std::isnan(loop.row.co));
-  CHECK_FALSE(daemon::rt::unpacked(loop.channels.standing.load()).output_known);
+  CHECK_FALSE(daemon::rt::unpacked(loop.channels.availability.load()).output_known);
   loop.order({.mode = Mode::manual, .output = 25.0});
   for (int i = 0; i < 5; ++i) {
     loop.run(1);
@@ -754,7 +754,7 @@ TEST_CASE("settings that wait don't overrule a newer command") {
   loop.channels.settings.publish({narrow, 1});
   loop.run(1);
   REQUIRE(loop.channels.settings_waiting.load() == 1);
-  loop.order({.jacket = JacketWish::off, .kp = 0.125, .mode = Mode::manual, .output = 20.0});
+  loop.order({.jacket = JacketMode::off, .kp = 0.125, .mode = Mode::manual, .output = 20.0});
   loop.run(40);
   REQUIRE(loop.channels.settings_taken.load() == 1);
   LoopSettings shown;
@@ -821,7 +821,7 @@ TEST_CASE("a master's gains are in force and shown before the answer") {
   Loop loop;
   loop.run(2);
   LoopSettings shown;
-  REQUIRE(loop.channels.master_orders.orders.try_push({.number = 1, .kp = 3.0}));
+  REQUIRE(loop.channels.master_commands.commands.try_push({.number = 1, .kp = 3.0}));
   loop.run(1);
   REQUIRE(loop.channels.in_force.fetch(shown));
   CHECK(shown.controller.pid.gains.kp == 3.0);
@@ -849,7 +849,7 @@ TEST_CASE("new gains take over at the present CO, with PV off its set point") {
 TEST_CASE("a command of gains is valid for those that its sender has seen") {
   Loop loop;
   loop.run(2);
-  Order order{.kp = 3.0, .ki = 0.7, .kd = 0.1};
+  Command order{.kp = 3.0, .ki = 0.7, .kd = 0.1};
   order.expected.kp = 2.0;
   order.expected.ki = 0.5;
   order.expected.kd = 0.0;
@@ -886,13 +886,13 @@ TEST_CASE("the jacket of the paper form acts only if it is allowed") {
   loop.run(1);
   CHECK(loop.row.jacket_rate == 0.0F);
   CHECK(loop.row.jacket_rate_shadow != 0.0F);
-  loop.order({.jacket = JacketWish::on});
+  loop.order({.jacket = JacketMode::on});
   loop.run(2);
   CHECK(loop.row.jacket_rate == 0.0F);
 
   settings.jacket_may_act = true;
   loop.channels.settings.publish({settings, 1});
-  loop.order({.jacket = JacketWish::on});
+  loop.order({.jacket = JacketMode::on});
   loop.run(2);
   CHECK(loop.row.jacket_rate != 0.0F);
 }
@@ -905,7 +905,7 @@ TEST_CASE("a reload sets the jacket as in its file, and reports this") {
             {.mode = Mode::automatic, .set_point = 50.0, .output = OutputAction::go_to(40.0)},
             daemon::rt::ValvePositionSource::read_back);
   loop.io.set_read_back(30.0);
-  loop.order({.jacket = JacketWish::on});
+  loop.order({.jacket = JacketMode::on});
   loop.run(5);
   loop.io.set_read_back(28.0);
   loop.run(1);
@@ -980,11 +980,11 @@ TEST_CASE("the jacket and a compensator never act together") {
   settings.controller.compensator.kind = control::CompensatorKind::backlash;
   settings.controller.compensator.shadow = GENERATE(true, false);
   Loop loop(settings);
-  loop.order({.jacket = JacketWish::on});
+  loop.order({.jacket = JacketMode::on});
   loop.run(1);
   CHECK(loop.answer() ==
         (settings.controller.compensator.shadow ? Refusal::none : Refusal::compensator_acts));
-  loop.order({.jacket = JacketWish::shadow});
+  loop.order({.jacket = JacketMode::shadow});
   loop.run(1);
   CHECK(loop.answer() == Refusal::none);
 }
@@ -998,18 +998,18 @@ TEST_CASE("planned moves are commanded into shadow, to act and off, and a reload
   const auto state = [&] { return loop.channels.moves.read(); };
   loop.run(2);
   CHECK_FALSE(state());
-  loop.order({.moves = MovesWish::shadow});
+  loop.order({.moves = MovesMode::shadow});
   loop.run(1);
   CHECK(loop.answer() == Refusal::none);
   REQUIRE(state());
   CHECK(state()->shadow);
-  loop.order({.moves = MovesWish::on});
+  loop.order({.moves = MovesMode::on});
   loop.run(1);
   CHECK(loop.answer() == Refusal::none);
   REQUIRE(state());
   CHECK_FALSE(state()->shadow);
   SECTION("off") {
-    loop.order({.moves = MovesWish::off});
+    loop.order({.moves = MovesMode::off});
     loop.run(1);
     CHECK(loop.answer() == Refusal::none);
   }
@@ -1026,10 +1026,10 @@ TEST_CASE("planned moves don't act if the file does not allow it, nor together w
     Loop loop(settings);
     loop.channels.moves_settings.publish(
         {.gain = 1.0, .time_constant_s = 2.0, .dead_time_s = 1.0, .s = 0.6, .j = 0.3});
-    loop.order({.moves = MovesWish::shadow});
+    loop.order({.moves = MovesMode::shadow});
     loop.run(1);
     CHECK(loop.answer() == Refusal::none);
-    loop.order({.moves = MovesWish::on});
+    loop.order({.moves = MovesMode::on});
     loop.run(1);
     CHECK(loop.answer() == Refusal::moves_may_not_act);
     CHECK(loop.channels.moves.read()->shadow);
@@ -1037,7 +1037,7 @@ TEST_CASE("planned moves don't act if the file does not allow it, nor together w
   SECTION("the file has a compensator") {
     settings.controller.compensator.kind = control::CompensatorKind::knocker;
     Loop loop(settings);
-    loop.order({.moves = MovesWish::shadow});
+    loop.order({.moves = MovesMode::shadow});
     loop.run(1);
     CHECK(loop.answer() == Refusal::compensator_of_file);
     CHECK_FALSE(loop.channels.moves.read());
@@ -1046,7 +1046,7 @@ TEST_CASE("planned moves don't act if the file does not allow it, nor together w
     settings.moves_may_act = true;
     settings.controller.jacket.form = control::JacketForm::bounded;
     Loop loop(settings);
-    loop.order({.moves = MovesWish::on});
+    loop.order({.moves = MovesMode::on});
     loop.run(1);
     CHECK(loop.answer() == Refusal::jacket_acts);
   }
@@ -1057,14 +1057,14 @@ TEST_CASE("planned moves whose process gain contradicts the controller's action 
   settings.moves_may_act = true;
   const double sign = settings.controller.pid.action == control::Action::reverse ? 1.0 : -1.0;
   Loop loop(settings);
-  const auto answer_to = [&](double gain, MovesWish wish) {
+  const auto answer_to = [&](double gain, MovesMode wish) {
     loop.channels.moves_settings.publish(
         {.gain = gain, .time_constant_s = 2.0, .dead_time_s = 1.0, .s = 0.6, .j = 0.3});
     loop.order({.moves = wish});
     loop.run(1);
     return loop.answer();
   };
-  const MovesWish wish = GENERATE(MovesWish::shadow, MovesWish::on);
+  const MovesMode wish = GENERATE(MovesMode::shadow, MovesMode::on);
   CHECK(answer_to(-1.5 * sign, wish) == Refusal::moves_of_other_sign);
   CHECK_FALSE(loop.channels.moves.read());
   CHECK(answer_to(1.5 * sign, wish) == Refusal::none);
@@ -1077,7 +1077,7 @@ TEST_CASE("in manual no state of planned moves is shown, because they are not st
   loop.channels.moves_settings.publish(
       {.gain = 1.0, .time_constant_s = 2.0, .dead_time_s = 1.0, .s = 0.6, .j = 0.3});
   loop.run(2);
-  loop.order({.moves = MovesWish::shadow});
+  loop.order({.moves = MovesMode::shadow});
   loop.run(1);
   REQUIRE(loop.channels.moves.read());
   loop.order({.mode = Mode::manual});
@@ -1137,7 +1137,7 @@ TEST_CASE("a command that can't act is refused as a whole, and reported") {
   Loop loop(settings);
   loop.run(5);
   loop.take_events();
-  const auto refused = [&](const Order& order, Refusal why) {
+  const auto refused = [&](const Command& order, Refusal why) {
     const double output = loop.io.written;
     const std::uint32_t before = loop.channels.orders_refused.load();
     loop.order(order);
@@ -1147,14 +1147,14 @@ TEST_CASE("a command that can't act is refused as a whole, and reported") {
     CHECK(loop.channels.orders_refused.load() == before + 1);
     const auto events = loop.take_events();
     CHECK(std::any_of(events.begin(), events.end(), [&](const auto& e) {
-      return e.code == EventCode::order_refused && e.a == static_cast<std::uint8_t>(why);
+      return e.code == EventCode::command_refused && e.a == static_cast<std::uint8_t>(why);
     }));
   };
   refused({.output = 60.0}, Refusal::output_in_automatic);
   refused({.mode = Mode::automatic, .output = 60.0}, Refusal::output_in_automatic);
   refused({.set_point = 100.5}, Refusal::set_point_out_of_limits);
   refused({.kp = kNaN}, Refusal::gain_out_of_limits);
-  refused({.jacket = JacketWish::on}, Refusal::no_jacket);
+  refused({.jacket = JacketMode::on}, Refusal::no_jacket);
   refused({.set_point = 60.0, .expected = {.set_point = 49.9}}, Refusal::set_point_changed);
   refused({.set_point = 60.0, .expected = {.mode = Mode::manual}}, Refusal::mode_changed);
   refused({.set_point = 60.0, .expected = {.output = loop.row.co + 0.1}}, Refusal::output_changed);
@@ -1207,21 +1207,21 @@ TEST_CASE("in one cycle the operator has the last word, then the master, then th
   Loop loop(settings);
   loop.run(5);
   // The commands act as if they had arrived in another order.
-  loop.channels.operator_orders.orders.try_push({.jacket = JacketWish::off, .set_point = 61.0});
-  loop.channels.master_orders.orders.try_push({.mode = Mode::manual, .set_point = 62.0});
-  loop.channels.monitor_orders.orders.try_push({.jacket = JacketWish::on});
+  loop.channels.operator_commands.commands.try_push({.jacket = JacketMode::off, .set_point = 61.0});
+  loop.channels.master_commands.commands.try_push({.mode = Mode::manual, .set_point = 62.0});
+  loop.channels.monitor_commands.commands.try_push({.jacket = JacketMode::on});
   loop.run(1);
   CHECK(loop.mode() == Mode::manual);
   CHECK(loop.channels.set_point_wanted.load() == 61.0);
   CHECK(static_cast<control::JacketForm>(loop.row.jacket_form) == control::JacketForm::off);
   // By then the master has withdrawn the output from the operator's command, or allowed it.
-  loop.channels.operator_orders.orders.try_push({.output = 45.0});
-  loop.channels.master_orders.orders.try_push({.mode = Mode::automatic});
+  loop.channels.operator_commands.commands.try_push({.output = 45.0});
+  loop.channels.master_commands.commands.try_push({.mode = Mode::automatic});
   loop.run(1);
   CHECK(loop.answer() == Refusal::output_in_automatic);
   CHECK(loop.mode() == Mode::automatic);
-  loop.channels.operator_orders.orders.try_push({.output = 45.0});
-  loop.channels.master_orders.orders.try_push({.mode = Mode::manual});
+  loop.channels.operator_commands.commands.try_push({.output = 45.0});
+  loop.channels.master_commands.commands.try_push({.mode = Mode::manual});
   loop.run(1);
   CHECK(loop.answer() == Refusal::none);
   CHECK(loop.io.written == Approx(45.0));
@@ -1230,14 +1230,15 @@ TEST_CASE("in one cycle the operator has the last word, then the master, then th
 TEST_CASE("the state for the next command is published before the answer to the previous one") {
   Loop loop;
   loop.run(1);
-  const auto standing = [&] { return daemon::rt::unpacked(loop.channels.standing.load()); };
-  CHECK(standing() == daemon::rt::Standing{.mode = Mode::automatic, .output_known = true});
+  const auto availability = [&] { return daemon::rt::unpacked(loop.channels.availability.load()); };
+  CHECK(availability() ==
+        daemon::rt::LoopAvailability{.mode = Mode::automatic, .output_known = true});
   loop.order({.mode = Mode::manual});
   loop.run(1);
-  CHECK(standing().mode == Mode::manual);
+  CHECK(availability().mode == Mode::manual);
   loop.io.inputs.enable = hal::Enable::open;
   loop.run(1);
-  CHECK(standing().output_in_fault);
+  CHECK(availability().output_in_fault);
 }
 
 TEST_CASE("the jacket's rate and the compensator's part are recorded separately") {
@@ -1275,7 +1276,7 @@ TEST_CASE("while commands are withheld the output is not known, and no fault has
   CHECK(std::isnan(loop.row.co));
   CHECK(loop.fault() == Fault::output_unknown);
   CHECK((loop.row.flags & record::kOutOfService) != 0);
-  CHECK_FALSE(daemon::rt::unpacked(loop.channels.standing).output_known);
+  CHECK_FALSE(daemon::rt::unpacked(loop.channels.availability).output_known);
   CHECK(std::isnan(loop.channels.output_wanted));
   // Without a read-back it continues from its last request, otherwise from the valve's position.
   loop.run(2);

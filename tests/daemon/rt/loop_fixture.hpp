@@ -62,14 +62,14 @@ class Loop {
   }
   control::Fault fault() const { return static_cast<control::Fault>(row.fault); }
   control::Mode mode() const { return static_cast<control::Mode>(row.mode); }
-  // Sends a command as the operator; `answer()` returns its outcome.
-  bool order(const daemon::rt::Order& order) {
-    return channels.operator_orders.orders.try_push(order);
+  // As the operator; `answer()` tells what became of it.
+  bool order(const daemon::rt::Command& order) {
+    return channels.operator_commands.commands.try_push(order);
   }
   // Returns the newest one.
   daemon::rt::Refusal answer() {
-    daemon::rt::OrderAnswer answer;
-    while (channels.operator_orders.answers.try_pop(answer)) {
+    daemon::rt::CommandAnswer answer;
+    while (channels.operator_commands.answers.try_pop(answer)) {
     }
     return answer.refusal;
   }

@@ -100,7 +100,7 @@ class GuardedLoop {
     if (period_ % 300 == 0)
       channels.settings.publish({settings_, static_cast<std::uint32_t>(period_)});
     if (period_ % 200 == 0) {
-      channels.operator_orders.orders.try_push(
+      channels.operator_commands.commands.try_push(
           {.mode = control::Mode::automatic, .set_point = 4.0});
     }
     {
@@ -270,7 +270,7 @@ TEST_CASE("cycles on 4-20 mA converters, with a current and without, neither all
   auto settings = busy_settings();
   settings.controller.output.rate_per_s = 1000.0;
   GuardedLoop loop(settings, 5.0, io);
-  loop.channels.operator_orders.orders.try_push({.mode = control::Mode::manual, .output = 5.0});
+  loop.channels.operator_commands.commands.try_push({.mode = control::Mode::manual, .output = 5.0});
   record::RecordRow row;
   const auto step = [&] { row = loop.step(base::MonotonicClock().now_ns()); };
   REQUIRE(test::eventually([&] {

@@ -70,7 +70,7 @@ constexpr std::uint64_t kWindow = alarm::kWindowSamples;
 
 struct Bench {
   explicit Bench(std::size_t loops = 1, std::size_t ring = 1U << 15U) {
-    std::vector<WatchBoard::Loop> names;
+    std::vector<SupervisedLoop> names;
     for (std::size_t i = 0; i < loops; ++i) {
       rings.push_back(std::make_unique<base::SpscRing<RecordRow>>(ring));
       judges.push_back(std::make_unique<ScriptedJudge>());
@@ -79,8 +79,8 @@ struct Bench {
     }
     journal.open();
     journal.start();
-    board = std::make_unique<WatchBoard>(names, alarm::AlarmSettings{}, journal,
-                                         [this] { return now_ms; });
+    board = std::make_unique<AlarmRegistry>(names, model::AlarmSettings{}, journal,
+                                            [this] { return now_ms; });
     make_monitor();
   }
   // `corrective`: for the first loop.
@@ -94,14 +94,14 @@ struct Bench {
     }
     monitored.front().process = process;
     monitored.front().corrective = corrective;
-    monitored.front().orders = &desk;
-    monitored.front().settings_taken = &settings_taken;
-    if (corrective.form == alarm::CorrectiveForm::planned_moves) {
+    monitored.front().channels.commands = &desk;
+    monitored.front().channels.settings_taken = &settings_taken;
+    if (corrective.form == model::CorrectiveForm::planned_moves) {
       monitored.front().twin = &twin;
       monitored.front().history_s = 100.0;
-      monitored.front().moves_settings = &moves_settings;
-      monitored.front().moves = &moves;
-      monitored.front().hardware = true;
+      monitored.front().channels.moves_settings = &moves_settings;
+      monitored.front().channels.moves = &moves;
+      monitored.front().channels.hardware = true;
     }
     monitor = std::make_unique<Monitor>(monitored, *board);
   }
@@ -124,7 +124,7 @@ struct Bench {
     for (int i = 0; i < 8; ++i) monitor->round();
   }
   AlarmState state(AlarmKind kind, std::size_t loop = 0) const {
-    return board->watch(loop).alarms.alarm(kind).state();
+    return board->snapshot(loop).alarms.alarm(kind).state();
   }
   // Returns the lines of a kind, oldest first, as "from > to".
   std::vector<std::string> lines(AlarmKind kind) {
@@ -160,10 +160,10 @@ struct Bench {
     for (int i = 0; i < 8; ++i) monitor->round();
   }
 
-  // Makes the loop take the given command, which must be `wish`.
-  void answer(rt::MovesWish wish) {
-    rt::Order order;
-    REQUIRE(box.orders.try_pop(order));
+  // The loop takes the order that has been given, which is this.
+  void answer(rt::MovesMode wish) {
+    rt::Command order;
+    REQUIRE(box.commands.try_pop(order));
     CHECK(order.moves == wish);
     CHECK_FALSE(order.jacket);
     box.answers.try_push({order.number, rt::Refusal::none});
@@ -179,19 +179,19 @@ struct Bench {
   std::vector<std::unique_ptr<ScriptedJudge>> judges;
   std::vector<std::uint64_t> next;
   // For the first loop.
-  rt::OrderBox box;
-  std::atomic<std::uint8_t> standing{0};
+  rt::CommandMailbox box;
+  std::atomic<std::uint8_t> availability{0};
   std::atomic<std::uint32_t> settings_taken{0};
   plant::LoopModel twin;
   base::NewestValue<control::PlannedMovesSettings> moves_settings;
-  rt::MovesBoard moves;
-  orders::OrderDesk desk{
+  rt::PlannedMovesStatus moves;
+  commands::CommandQueue desk{
       box,
-      standing,
+      availability,
       {.write_down = [this](journal::JournalEntry line) { return journal.post(std::move(line)); },
-       .why = [](const rt::OrderAnswer& answer,
-                 const rt::Order&) { return rt::to_text(answer.refusal); }}};
-  std::unique_ptr<WatchBoard> board;
+       .why = [](const rt::CommandAnswer& answer,
+                 const rt::Command&) { return rt::to_text(answer.refusal); }}};
+  std::unique_ptr<AlarmRegistry> board;
   std::unique_ptr<Monitor> monitor;
 };
 
@@ -257,8 +257,9 @@ TEST_CASE("a fault in enough windows is an alarm, and clears when the valve is r
   CHECK(bench.state(AlarmKind::stiction) == AlarmState::normal);  // one window raises no alarm
   bench.run(kWindow);
   CHECK(bench.state(AlarmKind::stiction) == AlarmState::unacknowledged);
-  CHECK(bench.board->watch(0).alarms.alarm(AlarmKind::stiction).memory().severity_percent == 6.0);
-  REQUIRE(bench.board->act(0, {AlarmKind::stiction, alarm::AlarmAction::acknowledge, 0, "me", {}})
+  CHECK(bench.board->snapshot(0).alarms.alarm(AlarmKind::stiction).memory().severity_percent ==
+        6.0);
+  REQUIRE(bench.board->act(0, {AlarmKind::stiction, model::AlarmAction::acknowledge, 0, "me", {}})
               .accepted);
   bench.judges[0]->says = {};
   bench.run(2 * kWindow);
@@ -266,7 +267,7 @@ TEST_CASE("a fault in enough windows is an alarm, and clears when the valve is r
   CHECK(bench.lines(AlarmKind::stiction) ==
         std::vector<std::string>{"normal > unacknowledged", "unacknowledged > acknowledged",
                                  "acknowledged > normal"});
-  CHECK(bench.board->watch(0).windows == 6);
+  CHECK(bench.board->snapshot(0).windows == 6);
 }
 
 TEST_CASE("a lost device raises process alarms, with their reasons in the journal", "[monitor]") {
@@ -330,12 +331,12 @@ TEST_CASE("a limit alarm has the limit and PV; a deviation is off in manual", "[
   bench.process.limits.at(AlarmKind::pv_high) = {60.0, 1.0};
   bench.process.at(AlarmKind::deviation).fitted = true;
   bench.process.limits.at(AlarmKind::deviation) = {5.0, 0.5};
-  bench.board = std::make_unique<WatchBoard>(
-      std::vector<WatchBoard::Loop>{
-          {.name = "FIC-101",
-           .fitted = {AlarmKind::pv_high, AlarmKind::deviation},
-           .priority = {{AlarmKind::pv_high, alarm::Priority::critical}}}},
-      alarm::AlarmSettings{}, bench.journal, [&] { return bench.now_ms; });
+  bench.monitor.reset();
+  bench.board = std::make_unique<AlarmRegistry>(
+      std::vector<SupervisedLoop>{{.name = "FIC-101",
+                                   .fitted = {AlarmKind::pv_high, AlarmKind::deviation},
+                                   .priority = {{AlarmKind::pv_high, model::Priority::critical}}}},
+      model::AlarmSettings{}, bench.journal, [&] { return bench.now_ms; });
   bench.make_monitor();
   const auto high = [](RecordRow& row) {
     row.pv = 61.5;
@@ -346,9 +347,9 @@ TEST_CASE("a limit alarm has the limit and PV; a deviation is off in manual", "[
   CHECK(bench.state(AlarmKind::pv_high) == AlarmState::unacknowledged);
   CHECK(bench.reasons(AlarmKind::pv_high) == std::vector<std::string>{"PV 61.5, limit 60 "});
   CHECK(bench.state(AlarmKind::deviation) == AlarmState::unacknowledged);
-  CHECK(bench.board->watch(0).priority[alarm::index_of(AlarmKind::pv_high)] ==
-        alarm::Priority::critical);
-  CHECK(bench.board->watch(0).flaps[alarm::index_of(AlarmKind::pv_high)] == 1);
+  CHECK(bench.board->snapshot(0).priority[model::index_of(AlarmKind::pv_high)] ==
+        model::Priority::critical);
+  CHECK(bench.board->snapshot(0).flaps[model::index_of(AlarmKind::pv_high)] == 1);
   bench.run_spoilt(610, [&](RecordRow& row) {
     high(row);
     row.mode = static_cast<std::uint8_t>(control::Mode::manual);
@@ -386,8 +387,8 @@ TEST_CASE("the journal has the reason why an alarm was raised or cleared", "[mon
   Bench bench;
   alarm::AlarmConditions conditions{};
   const auto twin = [&](bool on) {
-    conditions[alarm::index_of(AlarmKind::model_gap)].on = on;
-    bench.board->twin_judged(0, conditions);
+    conditions[model::index_of(AlarmKind::model_gap)].on = on;
+    bench.board->of(0).twin_judged(conditions);
   };
   twin(true);
   twin(false);
@@ -436,7 +437,7 @@ TEST_CASE(
   }
   bench.rings[0]->try_push(broken);
   bench.monitor->round();
-  CHECK(bench.board->watch(0).window_state == why);
+  CHECK(bench.board->snapshot(0).window_state == why);
   CHECK(bench.state(AlarmKind::stiction) == AlarmState::suppressed);
   bench.run(kWindow - 1 - (why == WindowState::gap ? 1 : 0));
   CHECK(bench.judges[0]->windows == 1);
@@ -454,7 +455,7 @@ TEST_CASE("a saturated window is not judged, and is counted", "[monitor]") {
   }
   for (int i = 0; i < 8; ++i) bench.monitor->round();
   CHECK(bench.judges[0]->windows == 0);
-  const LoopWatch watch = bench.board->watch(0);
+  const AlarmSnapshot watch = bench.board->snapshot(0);
   CHECK(watch.window_state == WindowState::saturated);
   CHECK(watch.windows_suppressed == 1);
   CHECK(watch.measures.saturated_percent == Approx(100.0 * 120 / 961));
@@ -468,7 +469,7 @@ TEST_CASE("without specialists the classical measures are available", "[monitor]
                                         .rule = {}}};
   bench.monitor = std::make_unique<Monitor>(std::move(monitored), *bench.board);
   bench.run(kWindow);
-  const LoopWatch watch = bench.board->watch(0);
+  const AlarmSnapshot watch = bench.board->snapshot(0);
   CHECK(watch.window_state == WindowState::no_judge);
   CHECK(watch.measures.variability_percent > 0.0);
   CHECK(watch.times.seconds_in(control::Mode::automatic) == Approx(96.1));
@@ -485,7 +486,7 @@ TEST_CASE("not enough movement changes no condition", "[monitor]") {
   bench.run(5 * kWindow);
   CHECK(bench.state(AlarmKind::backlash) == AlarmState::unacknowledged);
   CHECK(bench.state(AlarmKind::stiction) == AlarmState::suppressed);
-  CHECK(bench.board->watch(0).windows_suppressed == 5);
+  CHECK(bench.board->snapshot(0).windows_suppressed == 5);
 }
 
 TEST_CASE("an acknowledged alarm stays acknowledged over a restart", "[monitor]") {
@@ -498,43 +499,44 @@ TEST_CASE("an acknowledged alarm stays acknowledged over a restart", "[monitor]"
   bench.journal.stop();
 
   journal::Journal again({.folder = bench.folder.path()});
-  WatchBoard board({{"FIC-101", 0.1}}, {}, again, [&] { return bench.now_ms; });
+  AlarmRegistry board({{"FIC-101", 0.1}}, {}, again, [&] { return bench.now_ms; });
   board.restore(again.open());
-  CHECK(board.watch(0).alarms.alarm(AlarmKind::stiction).state() == AlarmState::acknowledged);
+  CHECK(board.snapshot(0).alarms.alarm(AlarmKind::stiction).state() == AlarmState::acknowledged);
   std::vector<MonitoredLoop> monitored{{.cycles = bench.rings[0].get(),
                                         .window = {.overlap = 0.0, .sample_time_s = 0.1},
                                         .judge = bench.judges[0].get(),
                                         .rule = {.windows = 2, .windows_on = 2, .windows_off = 0}}};
   bench.monitor = std::make_unique<Monitor>(std::move(monitored), board);
-  bench.run(kWindow);  // the first window by itself would raise no alarm
-  CHECK(board.watch(0).alarms.alarm(AlarmKind::stiction).state() == AlarmState::acknowledged);
+  bench.run(kWindow);  // the first window alone would be no alarm
+  CHECK(board.snapshot(0).alarms.alarm(AlarmKind::stiction).state() == AlarmState::acknowledged);
+  bench.monitor.reset();  // before its registry
 }
 
 TEST_CASE("all waiting alarms are acknowledged at once, no other, without waiting for the disk",
           "[monitor]") {
   tests::TemporaryFolder folder;
   journal::Journal journal({.folder = folder.path()});  // not started: its disk never answers
-  std::vector<WatchBoard::Loop> loops;
+  std::vector<SupervisedLoop> loops;
   for (int i = 0; i < 60; ++i) loops.push_back({"FIC-" + std::to_string(i), 0.1});
-  WatchBoard board(loops, {}, journal, [] { return std::int64_t{1'800'000'000'000}; });
-  alarm::AlarmConditions on{};
-  on[alarm::index_of(AlarmKind::stiction)] = {true, 5.0};
-  for (std::size_t i = 1; i < 60; ++i) board.window_judged(i, {}, {}, on);
+  AlarmRegistry board(loops, {}, journal, [] { return std::int64_t{1'800'000'000'000}; });
+  model::AlarmConditions on{};
+  on[model::index_of(AlarmKind::stiction)] = {true, 5.0};
+  for (std::size_t i = 1; i < 60; ++i) board.of(i).window_judged({}, {}, on);
   REQUIRE(
       board.act(7, {AlarmKind::stiction, alarm::AlarmAction::shelve, 60'000, "me", {}}).accepted);
 
-  // An alarm of a kind that the request does not include.
-  board.process_changed(3, std::vector<ProcessNews>{{{AlarmKind::bad_pv, true}, "PV is bad"}});
+  // One of a kind that was not meant.
+  board.of(3).process_changed(std::vector<ProcessNews>{{{AlarmKind::bad_pv, true}, "PV is bad"}});
 
   const Acknowledged done = board.acknowledge_all(alarm::kValveAlarms, "10.0.0.7:1000", "seen");
   CHECK(done.alarms.size() == 58);
   for (std::size_t i = 0; i < 60; ++i) {
-    const alarm::LoopAlarms& alarms = board.watch(i).alarms;
+    const model::LoopAlarms& alarms = board.snapshot(i).alarms;
     const bool waits =
         std::any_of(alarm::kAlarmKinds.begin(), alarm::kAlarmKinds.end(),
                     [&](alarm::AlarmKind kind) { return alarms.alarm(kind).unacknowledged(); });
     CHECK(waits == (i == 3));
-    const AlarmState state = board.watch(i).alarms.alarm(AlarmKind::stiction).state();
+    const AlarmState state = board.snapshot(i).alarms.alarm(AlarmKind::stiction).state();
     CHECK(state == (i == 0   ? AlarmState::suppressed
                     : i == 7 ? AlarmState::shelved
                              : AlarmState::acknowledged));
@@ -550,25 +552,27 @@ TEST_CASE(
     "the alarms of one change are one incident: reported, acknowledged, and kept over a restart",
     "[monitor][incident]") {
   Bench bench;
-  const auto incident = [&](const WatchBoard& board) { return board.watch(0).incident.incident(); };
+  const auto incident = [&](const AlarmRegistry& board) {
+    return board.snapshot(0).incident.incident();
+  };
   bench.judges[0]->says = fault(AlarmKind::stiction, 5.0);
   bench.run(2 * kWindow);
-  alarm::AlarmConditions twin{};
-  twin[alarm::index_of(AlarmKind::stiction)] = {true, 5.0};
-  twin[alarm::index_of(AlarmKind::model_gap)] = {true, 0.0};
-  bench.board->twin_judged(0, twin);
+  model::AlarmConditions twin{};
+  twin[model::index_of(AlarmKind::stiction)] = {true, 5.0};
+  twin[model::index_of(AlarmKind::model_gap)] = {true, 0.0};
+  bench.board->of(0).twin_judged(twin);
   CHECK(incident(*bench.board).has(AlarmKind::stiction));
   CHECK(incident(*bench.board).has(AlarmKind::model_gap));
   const std::string id = journal::incident_id("FIC-101", incident(*bench.board));
   CHECK(id == "FIC-101-20270115T080000Z");
 
-  CHECK_THAT(bench.board->acknowledge_incident(0, "FIC-101-20260101T000000Z", "me", {}).why,
+  CHECK_THAT(bench.board->of(0).acknowledge_incident("FIC-101-20260101T000000Z", "me", {}).why,
              Catch::Contains(id));
-  const OrderResult done = bench.board->acknowledge_incident(0, id, "me", "seen");
+  const CommandResult done = bench.board->of(0).acknowledge_incident(id, "me", "seen");
   REQUIRE(done.accepted);
   CHECK(bench.state(AlarmKind::stiction) == AlarmState::acknowledged);
   CHECK(bench.state(AlarmKind::model_gap) == AlarmState::acknowledged);
-  CHECK_FALSE(bench.board->acknowledge_incident(0, id, "me", {}).accepted);
+  CHECK_FALSE(bench.board->of(0).acknowledge_incident(id, "me", {}).accepted);
 
   Explanation e;
   e.alarm = AlarmKind::model_gap;
@@ -577,7 +581,7 @@ TEST_CASE(
   e.effect = "gain_change";
   e.block = effects::Block::process;
   e.confidence = 0.9;
-  bench.board->explained(0, e);
+  bench.board->of(0).explained(e);
   bench.journal.wait_written(bench.journal.post({}), std::chrono::seconds(20));
   std::vector<std::string> told;
   for (const journal::JournalRow& row : bench.journal.newest(200)) {
@@ -593,7 +597,7 @@ TEST_CASE(
     INFO((damaged ? "the journal is damaged: from the copy" : "from the journal"));
     if (damaged) tests::write_file(bench.folder / "journal.sqlite", "no database");
     journal::Journal again({.folder = bench.folder.path()});
-    WatchBoard board({{"FIC-101", 0.1}}, {}, again, [&] { return bench.now_ms; });
+    AlarmRegistry board({{"FIC-101", 0.1}}, {}, again, [&] { return bench.now_ms; });
     board.restore(again.open());
     CHECK(incident(board).name == "gain_change");
     CHECK(incident(board).cause == effects::Block::process);
@@ -603,12 +607,12 @@ TEST_CASE(
     CHECK(incident(board).open());
   }
 
-  bench.now_ms += alarm::kQuiet_ms + alarm::kJoin_ms;
-  bench.board->twin_judged(0, {});
-  bench.board->pass_time();
+  bench.now_ms += model::kQuiet_ms + model::kJoin_ms;
+  bench.board->of(0).twin_judged({});
+  bench.board->of(0).pass_time();
   CHECK(incident(*bench.board).open());
-  bench.now_ms += alarm::kQuiet_ms;
-  bench.board->pass_time();
+  bench.now_ms += model::kQuiet_ms;
+  bench.board->of(0).pass_time();
   CHECK_FALSE(incident(*bench.board).open());
 }
 
@@ -635,7 +639,7 @@ TEST_CASE("loops are served in turn: a long queue of one does not keep the other
   for (std::size_t loop : {1U, 2U}) {
     for (std::uint64_t i = 0; i < kWindow; ++i) bench.rings[loop]->try_push(bench.row(loop));
   }
-  const auto rounds = static_cast<int>(kWindow / Monitor::kCyclesATurn + 1);
+  const auto rounds = static_cast<int>(kWindow / LoopSupervisor::kCyclesATurn + 1);
   for (int i = 0; i < rounds; ++i) bench.monitor->round();
   CHECK(bench.judges[0]->windows == 1);
   CHECK(bench.judges[1]->windows == 1);
@@ -664,15 +668,15 @@ TEST_CASE("corrective action: journalled with the loop's answer, and given up if
     }
     return lines;
   };
-  const auto corrective = [&] { return bench.board->watch(0).corrective; };
+  const auto corrective = [&] { return bench.board->snapshot(0).corrective; };
   bench.judges[0]->says = fault(AlarmKind::stiction, 6.0);
-  bench.run((2 + alarm::kBaseline) * kWindow);
-  REQUIRE(corrective() == alarm::CorrectiveState::trying);
-  rt::OrderBox& box = bench.box;
-  rt::Order order;
-  REQUIRE(box.orders.try_pop(order));
-  CHECK(order.jacket == rt::JacketWish::on);
-  CHECK(written().empty());  // the outcome is not known yet
+  bench.run((2 + model::kBaseline) * kWindow);
+  REQUIRE(corrective() == model::CorrectiveState::trying);
+  rt::CommandMailbox& box = bench.box;
+  rt::Command order;
+  REQUIRE(box.commands.try_pop(order));
+  CHECK(order.jacket == rt::JacketMode::on);
+  CHECK(written().empty());  // nobody knows yet what came of it
 
   SECTION("refused: a reload has taken the jacket away") {
     box.answers.try_push({order.number, rt::Refusal::no_jacket});
@@ -682,9 +686,9 @@ TEST_CASE("corrective action: journalled with the loop's answer, and given up if
           std::vector<std::string>{
               "jacket on: waiting > trying: refused: the loop has no jacket configured",
               "corrective action: trying > given up: done"});
-    CHECK_FALSE(box.orders.try_pop(order));
-    bench.run(2 * alarm::kBaseline * kWindow);
-    CHECK_FALSE(box.orders.try_pop(order));  // not again for this alarm
+    CHECK_FALSE(box.commands.try_pop(order));
+    bench.run(2 * model::kBaseline * kWindow);
+    CHECK_FALSE(box.commands.try_pop(order));  // not again for this alarm
   }
   SECTION("done") {
     box.answers.try_push({order.number, rt::Refusal::none});
@@ -700,18 +704,18 @@ TEST_CASE("corrective action: journalled with the loop's answer, and given up if
     bench.monitor->round();
     CHECK(corrective() == alarm::CorrectiveState::waiting);
     if (!answered) box.answers.try_push({order.number, rt::Refusal::none});
-    REQUIRE(box.orders.try_pop(order));
-    CHECK(order.jacket == rt::JacketWish::shadow);
+    REQUIRE(box.commands.try_pop(order));
+    CHECK(order.jacket == rt::JacketMode::shadow);
     box.answers.try_push({order.number, rt::Refusal::none});
     bench.monitor->round();
     CHECK(written() == std::vector<std::string>{"jacket on: waiting > trying: done",
                                                 "jacket back to shadow: trying > waiting: done"});
     // The valve still sticks: once more, from a new baseline.
     bench.run((model::kBaseline - 1) * kWindow);
-    CHECK_FALSE(box.orders.try_pop(order));
+    CHECK_FALSE(box.commands.try_pop(order));
     bench.run(kWindow);
-    REQUIRE(box.orders.try_pop(order));
-    CHECK(order.jacket == rt::JacketWish::on);
+    REQUIRE(box.commands.try_pop(order));
+    CHECK(order.jacket == rt::JacketMode::on);
   }
   SECTION("the loop ends before it answers") {
     bench.monitor->stop();
@@ -726,24 +730,24 @@ TEST_CASE("planned moves: from the explained alarm through a shadow to a steady 
   Bench bench;
   const bool on_order = GENERATE(false, true);
   bench.make_monitor(planned_moves(on_order));
-  const auto corrective = [&] { return bench.board->watch(0).corrective; };
-  rt::Order order;
+  const auto corrective = [&] { return bench.board->snapshot(0).corrective; };
+  rt::Command order;
   bench.judges[0]->says = fault(AlarmKind::stiction, 6.0);
   bench.run(3 * kWindow);
-  CHECK(corrective() == alarm::CorrectiveState::waiting);
-  CHECK_FALSE(bench.board->begin_offered(0, "anna", "").accepted);
+  CHECK(corrective() == model::CorrectiveState::waiting);
+  CHECK_FALSE(bench.board->of(0).begin_offered("anna", "").accepted);
 
   const Explanation e = explained_at(bench.now_ms);
-  bench.board->explained(0, e);
+  bench.board->of(0).explained(e);
   bench.run(kWindow);
   if (on_order) {
-    CHECK(corrective() == alarm::CorrectiveState::offered);
-    CHECK_FALSE(bench.box.orders.try_pop(order));
-    CHECK(bench.board->begin_offered(0, "anna", "until the shutdown").accepted);
+    CHECK(corrective() == model::CorrectiveState::offered);
+    CHECK_FALSE(bench.box.commands.try_pop(order));
+    CHECK(bench.board->of(0).begin_offered("anna", "until the shutdown").accepted);
     bench.monitor->round();
   }
-  bench.answer(rt::MovesWish::shadow);
-  CHECK(corrective() == alarm::CorrectiveState::in_shadow);
+  bench.answer(rt::MovesMode::shadow);
+  CHECK(corrective() == model::CorrectiveState::in_shadow);
   const control::PlannedMovesSettings settings = bench.moves_settings.newest();
   CHECK(settings.gain == bench.twin.process.gain);
   CHECK(settings.s == 0.8);
@@ -752,8 +756,8 @@ TEST_CASE("planned moves: from the explained alarm through a shadow to a steady 
 
   bench.moves.publish({.phase = control::MovePhase::resting, .gain = 0.25, .shadow = true});
   bench.run(7 * kWindow);  // 673 s
-  bench.answer(rt::MovesWish::on);
-  CHECK(corrective() == alarm::CorrectiveState::trying);
+  bench.answer(rt::MovesMode::on);
+  CHECK(corrective() == model::CorrectiveState::trying);
 
   // The windows no longer show the valve. The alarm stays on nevertheless.
   bench.moves.publish({.phase = control::MovePhase::resting, .gain = 0.3});
@@ -768,13 +772,13 @@ TEST_CASE("planned moves: from the explained alarm through a shadow to a steady 
                        .reason = control::GivenBack::valve_follows,
                        .for_good = true});
   bench.run(1);
-  bench.answer(rt::MovesWish::off);
-  CHECK(corrective() == alarm::CorrectiveState::waiting);
-  bench.moves.none();
-  bench.judges[0]->says.result = alarm::WindowJudgement::Result::no_fault;
+  bench.answer(rt::MovesMode::off);
+  CHECK(corrective() == model::CorrectiveState::waiting);
+  bench.moves.clear();
+  bench.judges[0]->says.result = model::WindowJudgement::Result::no_fault;
   bench.run(3 * kWindow);
-  CHECK_FALSE(bench.board->watch(0).alarms.alarm(AlarmKind::stiction).active());
-  CHECK_FALSE(bench.box.orders.try_pop(order));
+  CHECK_FALSE(bench.board->snapshot(0).alarms.alarm(AlarmKind::stiction).active());
+  CHECK_FALSE(bench.box.commands.try_pop(order));
 }
 
 TEST_CASE("an explanation of an alarm from before the start begins no planned moves",
@@ -786,13 +790,13 @@ TEST_CASE("an explanation of an alarm from before the start begins no planned mo
   bench.now_ms += 1000;
   const bool on_order = GENERATE(false, true);
   bench.make_monitor(planned_moves(on_order));
-  // As in the daemon after its start.
-  bench.board->restore(0, e);
+  // As the daemon does once all is made.
+  bench.board->of(0).restore(e);
   bench.run(3 * kWindow);
-  rt::Order order;
-  CHECK_FALSE(bench.box.orders.try_pop(order));
-  CHECK(bench.board->watch(0).corrective ==
-        (on_order ? alarm::CorrectiveState::offered : alarm::CorrectiveState::waiting));
+  rt::Command order;
+  CHECK_FALSE(bench.box.commands.try_pop(order));
+  CHECK(bench.board->snapshot(0).corrective ==
+        (on_order ? model::CorrectiveState::offered : model::CorrectiveState::waiting));
 }
 
 TEST_CASE("a clock that is set back changes no name and delays no planned moves",
@@ -812,26 +816,26 @@ TEST_CASE("a clock that is set back changes no name and delays no planned moves"
   Explanation e = explained_at(bench.now_ms);
   e.block = effects::Block::valve;
   e.confidence = 0.9;
-  bench.board->explained(0, e);
-  CHECK(bench.board->watch(0).incident.incident().name == "stiction");
+  bench.board->of(0).explained(e);
+  CHECK(bench.board->snapshot(0).incident.incident().name == "stiction");
   bench.run(kWindow);
-  bench.answer(rt::MovesWish::shadow);
-  CHECK(bench.board->watch(0).corrective == alarm::CorrectiveState::in_shadow);
+  bench.answer(rt::MovesMode::shadow);
+  CHECK(bench.board->snapshot(0).corrective == model::CorrectiveState::in_shadow);
 }
 
 TEST_CASE("planned moves follow the newest explanation of the incident", "[monitor][corrective]") {
   Bench bench;
   const bool on_order = GENERATE(false, true);
   bench.make_monitor(planned_moves(on_order));
-  const auto corrective = [&] { return bench.board->watch(0).corrective; };
-  rt::Order order;
+  const auto corrective = [&] { return bench.board->snapshot(0).corrective; };
+  rt::Command order;
   bench.judges[0]->says = fault(AlarmKind::stiction, 6.0);
   bench.run(3 * kWindow);
   Explanation earlier = explained_at(bench.now_ms);
   --earlier.raised_ms;
   earlier.final_name = AlarmKind::model_gap;
-  // From the incident before this one.
-  bench.board->explained(0, earlier);
+  // Of the incident before this one.
+  bench.board->of(0).explained(earlier);
   bench.run(kWindow);
   CHECK(corrective() == alarm::CorrectiveState::waiting);
   CHECK(bench.state(AlarmKind::stiction) == AlarmState::unacknowledged);
@@ -839,34 +843,34 @@ TEST_CASE("planned moves follow the newest explanation of the incident", "[monit
   Explanation e = earlier;
   e.raised_ms = bench.now_ms;
   e.final_name.reset();
-  bench.board->explained(0, e);
+  bench.board->of(0).explained(e);
   bench.run(kWindow);
   Explanation other = e;
   other.effect = "backlash";
   other.stick.reset();
   if (on_order) {
-    REQUIRE(corrective() == alarm::CorrectiveState::offered);
-    bench.board->explained(0, other);
+    REQUIRE(corrective() == model::CorrectiveState::offered);
+    bench.board->of(0).explained(other);
     bench.monitor->round();
-    CHECK(corrective() == alarm::CorrectiveState::waiting);
-    CHECK_FALSE(bench.board->begin_offered(0, "anna", "").accepted);
-    CHECK_FALSE(bench.box.orders.try_pop(order));
+    CHECK(corrective() == model::CorrectiveState::waiting);
+    CHECK_FALSE(bench.board->of(0).begin_offered("anna", "").accepted);
+    CHECK_FALSE(bench.box.commands.try_pop(order));
     return;
   }
-  bench.answer(rt::MovesWish::shadow);
+  bench.answer(rt::MovesMode::shadow);
   CHECK(bench.moves_settings.newest().s == 0.8);
   // A new explanation while they are in shadow.
   e.stick->s = 0.7;
-  bench.board->explained(0, e);
+  bench.board->of(0).explained(e);
   bench.monitor->round();
-  bench.answer(rt::MovesWish::shadow);
+  bench.answer(rt::MovesMode::shadow);
   CHECK(bench.moves_settings.newest().s == 0.7);
   bench.monitor->round();
-  CHECK_FALSE(bench.box.orders.try_pop(order));
-  bench.board->explained(0, other);
+  CHECK_FALSE(bench.box.commands.try_pop(order));
+  bench.board->of(0).explained(other);
   bench.monitor->round();
-  bench.answer(rt::MovesWish::off);
-  CHECK(corrective() == alarm::CorrectiveState::waiting);
+  bench.answer(rt::MovesMode::off);
+  CHECK(corrective() == model::CorrectiveState::waiting);
 }
 
 TEST_CASE("planned moves stay in shadow on hardware if s is known too roughly",
@@ -877,14 +881,14 @@ TEST_CASE("planned moves stay in shadow on hardware if s is known too roughly",
   bench.run(3 * kWindow);
   Explanation e = explained_at(bench.now_ms);
   e.stick->s_interval = {0.4, 0.9};
-  bench.board->explained(0, e);
+  bench.board->of(0).explained(e);
   bench.run(kWindow);
-  bench.answer(rt::MovesWish::shadow);
+  bench.answer(rt::MovesMode::shadow);
   bench.moves.publish({.phase = control::MovePhase::resting, .gain = 0.25, .shadow = true});
   bench.run(10 * kWindow);
-  CHECK(bench.board->watch(0).corrective == alarm::CorrectiveState::in_shadow);
-  rt::Order order;
-  CHECK_FALSE(bench.box.orders.try_pop(order));
+  CHECK(bench.board->snapshot(0).corrective == model::CorrectiveState::in_shadow);
+  rt::Command order;
+  CHECK_FALSE(bench.box.commands.try_pop(order));
 }
 
 TEST_CASE("rows that the ring had no room for are counted and break the window", "[monitor]") {
@@ -895,7 +899,7 @@ TEST_CASE("rows that the ring had no room for are counted and break the window",
   CHECK(bench.monitor->status().cycles == 64);
   bench.rings[0]->try_push(bench.row(0));
   bench.monitor->round();
-  CHECK(bench.board->watch(0).window_state == WindowState::gap);
+  CHECK(bench.board->snapshot(0).window_state == WindowState::gap);
 }
 
 TEST_CASE("500 loops on one thread", "[monitor]") {
@@ -925,15 +929,15 @@ TEST_CASE("an explanation is kept with the alarm, and renames it if it is sure",
   e.effect = "backlash";
   e.agrees = false;
   e.sentence = "The record fits a play.";
-  bench.board->explained(0, e);
+  bench.board->of(0).explained(e);
   CHECK(bench.state(AlarmKind::stiction) == AlarmState::unacknowledged);
-  REQUIRE(bench.board->watch(0).explanation);
-  CHECK(bench.board->watch(0).explanation->effect == "backlash");
+  REQUIRE(bench.board->snapshot(0).explanation);
+  CHECK(bench.board->snapshot(0).explanation->effect == "backlash");
 
   e.effect = "gain_change";
   e.final_name = AlarmKind::model_gap;
   e.agrees = true;
-  bench.board->explained(0, e);
+  bench.board->of(0).explained(e);
   CHECK(bench.state(AlarmKind::stiction) == AlarmState::normal);
   CHECK(bench.state(AlarmKind::model_gap) == AlarmState::unacknowledged);
   // The same condition continues: it belongs to the other alarm now.
@@ -954,7 +958,7 @@ TEST_CASE("an alarm whose stick the read-back shows is not renamed to learned",
   Bench bench;
   bench.judges[0]->says = fault(AlarmKind::stiction, 6.0);
   bench.run(2 * kWindow);
-  REQUIRE(alarm::shows_stick(bench.board->watch(0).measures));
+  REQUIRE(model::shows_stick(bench.board->snapshot(0).measures));
   Explanation e;
   e.alarm = AlarmKind::stiction;
   e.raised_ms = bench.now_ms;
@@ -964,11 +968,11 @@ TEST_CASE("an alarm whose stick the read-back shows is not renamed to learned",
   e.confidence = 0.95;
   e.gap_closed = 0.95;
   e.final_name = AlarmKind::unknown;
-  bench.board->explained(0, e);
+  bench.board->of(0).explained(e);
   CHECK(bench.state(AlarmKind::stiction) == AlarmState::unacknowledged);
   CHECK(bench.state(AlarmKind::unknown) == AlarmState::normal);
-  CHECK(bench.board->watch(0).incident.incident().name == "stiction");
-  CHECK_FALSE(bench.board->watch(0).explanation->final_name);
+  CHECK(bench.board->snapshot(0).incident.incident().name == "stiction");
+  CHECK_FALSE(bench.board->snapshot(0).explanation->final_name);
 }
 
 TEST_CASE("a new explanation has a journal line if its name is different", "[monitor][explain]") {
@@ -989,21 +993,21 @@ TEST_CASE("a new explanation has a journal line if its name is different", "[mon
   e.block = effects::Block::process;
   e.confidence = 0.94;
   e.final_name = AlarmKind::model_gap;
-  bench.board->explained(0, e);
+  bench.board->of(0).explained(e);
   e.confidence = 0.96;
-  bench.board->explained(0, e);
+  bench.board->of(0).explained(e);
   CHECK(lines("explanation") == 1);
   CHECK(lines("incident renamed") == 1);
-  CHECK(bench.board->watch(0).explanation->confidence == 0.96);
-  CHECK(bench.board->watch(0).incident.incident().name == "gain_change");
-  // The newest explanation applies: the alarm has its own name again.
+  CHECK(bench.board->snapshot(0).explanation->confidence == 0.96);
+  CHECK(bench.board->snapshot(0).incident.incident().name == "gain_change");
+  // The newest stands: the alarm has its own name again.
   e.effect = "stiction";
   e.block = effects::Block::valve;
   e.final_name.reset();
-  bench.board->explained(0, e);
+  bench.board->of(0).explained(e);
   CHECK(lines("explanation") == 2);
   CHECK(lines("incident renamed") == 2);
-  CHECK(bench.board->watch(0).incident.incident().name == "stiction");
+  CHECK(bench.board->snapshot(0).incident.incident().name == "stiction");
   CHECK(bench.state(AlarmKind::stiction) == AlarmState::unacknowledged);
   CHECK(bench.state(AlarmKind::model_gap) == AlarmState::normal);
 }
@@ -1011,15 +1015,15 @@ TEST_CASE("a new explanation has a journal line if its name is different", "[mon
 TEST_CASE("remarks of the twin are in the registry with its alarm, and its news in the journal",
           "[monitor][twin]") {
   Bench bench;
-  watch::TwinRemarks remarks{.judging = watch::Judging::here,
-                             .load = watch::LoadOutside{.size = 0.6, .since_s = 0.1}};
-  bench.board->twin_says(0, remarks, 0.1);
-  bench.board->twin_says(0, remarks, 0.1);
+  model::TwinRemarks remarks{.judging = model::Judging::here,
+                             .load = model::LoadOutside{.size = 0.6, .since_s = 0.1}};
+  bench.board->of(0).set_twin_remarks(remarks, 0.1);
+  bench.board->of(0).set_twin_remarks(remarks, 0.1);
   remarks.load.reset();
-  bench.board->twin_says(0, remarks, 0.1);
-  remarks.judging = watch::Judging::outside;
-  bench.board->twin_says(0, remarks, 700.0);
-  CHECK(bench.board->watch(0).twin->judging == watch::Judging::outside);
+  bench.board->of(0).set_twin_remarks(remarks, 0.1);
+  remarks.judging = model::Judging::outside;
+  bench.board->of(0).set_twin_remarks(remarks, 700.0);
+  CHECK(bench.board->snapshot(0).twin->judging == model::Judging::outside);
   bench.journal.wait_written(bench.journal.post({}), std::chrono::seconds(20));
   std::vector<std::string> told;
   for (const journal::JournalRow& row : bench.journal.newest(200)) {

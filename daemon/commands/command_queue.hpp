@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: Apache-2.0
+// One sender's side of the orders to one loop. It numbers the orders, tracks the unanswered ones,
+// and writes each order to the journal with the result from the loop's cycle.
+//
+// For the sender's thread only.
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "daemon/journal/journal_entry.hpp"
+#include "daemon/rt/command.hpp"
+
+namespace loopwarden::daemon::commands {
+
+// The result of an order.
+struct Outcome {
+  std::uint64_t number = 0;
+  rt::Refusal refusal = rt::Refusal::none;
+  rt::InForce now{};                 // values when the cycle took it
+  std::string why;                   // empty: the order was done
+  std::uint64_t journal_ticket = 0;  // of its last line
+  std::chrono::steady_clock::time_point answered{};
+};
+
+struct CommandCallbacks {
+  // Returns the journal's ticket.
+  std::function<std::uint64_t(journal::JournalEntry)> write_down;
+  std::function<std::string(const rt::CommandAnswer&, const rt::Command&)> why;
+  // An order is in force; the first of its lines, before it is written.
+  std::function<void(const rt::Command&, const journal::JournalEntry&)> done{};
+};
+
+class CommandQueue {
+ public:
+  static constexpr std::size_t kOutcomesKept = 64;
+
+  // `standing` is the loop's, as LoopChannels has it.
+  CommandQueue(rt::CommandMailbox& box, const std::atomic<std::uint8_t>& availability,
+               CommandCallbacks callbacks)
+      : box_(box), standing_(availability), callbacks_(std::move(callbacks)) {}
+
+  // What the next order will find: the loop as it is, with this sender's orders that it has not taken yet.
+  rt::LoopAvailability availability();
+  bool has_room();
+  // Nothing is waited for. The lines are written when the answer is there, with its result. `has_room()`
+  // must be true. Returns the order's number.
+  std::uint64_t send(rt::Command command, std::vector<journal::JournalEntry> lines);
+  // Orders on their way, oldest first.
+  template <class Visit>
+  void for_each_waiting(Visit visit) const {
+    for (const Waiting& waiting : waiting_) visit(waiting.command);
+  }
+  bool waiting() const noexcept { return !waiting_.empty(); }
+
+  // Collects the available answers.
+  void collect();
+  // Call it after the loop has ended: unanswered orders are written as not taken.
+  void close();
+  // Returns nullopt for an order that is unanswered or no longer stored.
+  std::optional<Outcome> outcome(std::uint64_t number);
+  std::uint64_t newest() const noexcept { return newest_; }
+
+ private:
+  struct Waiting {
+    rt::Command command;
+    std::vector<journal::JournalEntry> lines;
+  };
+  std::uint64_t write_down(std::vector<journal::JournalEntry>& lines, const std::string& result);
+
+  rt::CommandMailbox& box_;
+  const std::atomic<std::uint8_t>& standing_;
+  CommandCallbacks callbacks_;
+  std::uint64_t newest_ = 0;
+  std::deque<Waiting> waiting_;
+  std::deque<Outcome> outcomes_;
+};
+
+}  // namespace loopwarden::daemon::commands

@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "daemon/evidence/evidence_store.hpp"
+#include "daemon/journal/journal.hpp"
+#include "daemon/reports/report_desk.hpp"
+
+namespace loopwarden::daemon::console {
+
+// The daemon's files: journal, evidence of alarms, reports. Any thread; outlives the servers.
+struct Archive {
+  journal::Journal& journal;
+  const EvidenceStore& evidence;
+  reports::ReportDesk& reports;
+};
+
+}  // namespace loopwarden::daemon::console

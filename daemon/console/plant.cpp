@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/console/plant.hpp"
+
+#include <fmt/format.h>
+
+#include <optional>
+
+#include "daemon/console/request.hpp"
+
+namespace loopwarden::daemon::console {
+
+namespace model = loopwarden::monitor;
+
+std::size_t loop_index(const Plant& plant, const std::string& name) {
+  const std::optional<std::size_t> found = find_loop(plant.loops, name);
+  if (!found) throw RequestError("no loop '" + name + "'");
+  return *found;
+}
+
+void check_takes_commands(const Plant& plant, std::size_t loop) {
+  const LoopRuntime& runtime = plant.loops[loop];
+  if (const std::string* why = config::out_of_service(runtime.config.io)) {
+    throw RequestError(fmt::format("{} is out of service: {}", plant.alarms.name(loop), *why));
+  }
+  if (!runtime.watched()) return;
+  throw RequestError(plant.alarms.name(loop) +
+                     " is controlled elsewhere: nothing of it can be ordered from here");
+}
+
+model::AlarmKind wanted_alarm(const std::string& name) {
+  std::string all;
+  for (const model::AlarmKind kind : model::kAlarmKinds) {
+    if (name == model::to_text(kind)) return kind;
+    all += (all.empty() ? "" : ", ") + std::string(model::to_text(kind));
+  }
+  throw RequestError("no alarm '" + name + "'; alarms are " + all);
+}
+
+model::BoxAlarm wanted_box_alarm(const std::string& name) {
+  std::string all;
+  for (const model::BoxAlarm kind : model::kBoxAlarms) {
+    if (name == model::to_text(kind)) return kind;
+    all += (all.empty() ? "" : ", ") + std::string(model::to_text(kind));
+  }
+  throw RequestError("the box has no alarm '" + name + "'; its alarms are " + all);
+}
+
+}  // namespace loopwarden::daemon::console

@@ -1,0 +1,205 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/supervision/loop_supervisor.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "daemon/supervision/row_text.hpp"
+#include "hal/contract/sample.hpp"
+#include "model/control/loop_controller.hpp"
+#include "model/control/supervisor.hpp"
+
+namespace loopwarden::daemon::supervision {
+
+namespace model = loopwarden::monitor;
+using record::RecordRow;
+
+namespace {
+
+model::Cycle cycle_of(const RecordRow& row) {
+  return {.period_index = row.period_index,
+          .sp = row.sp,
+          .pv = row.pv,
+          .co = row.co,
+          .stem = row.stem,
+          .automatic = static_cast<control::Mode>(row.mode) == control::Mode::automatic,
+          .pv_good = static_cast<hal::Quality>(row.pv_quality) == hal::Quality::good};
+}
+
+bool is_frozen(const RecordRow& row) {
+  return static_cast<hal::Reason>(row.pv_reason) == hal::Reason::frozen;
+}
+
+bool is_silence(hal::Reason reason) {
+  switch (reason) {
+    case hal::Reason::never_received:
+    case hal::Reason::stale:
+    case hal::Reason::link_lost:
+    case hal::Reason::source_silent:
+    case hal::Reason::source_dead: return true;
+    default: return false;
+  }
+}
+
+model::ProcessCycle process_cycle_of(const RecordRow& row) {
+  const auto quality = static_cast<hal::Quality>(row.pv_quality);
+  return {.period_index = row.period_index,
+          .sp = row.sp,
+          .pv = row.pv,
+          .pv_good = quality == hal::Quality::good,
+          .pv_bad = quality == hal::Quality::bad,
+          .pv_frozen = is_frozen(row),
+          .pv_silent =
+              quality == hal::Quality::bad && is_silence(static_cast<hal::Reason>(row.pv_reason)),
+          .output_arrives = (row.flags & record::kOutputLost) == 0,
+          .out_of_service = (row.flags & record::kOutOfService) != 0,
+          .fault = static_cast<control::Fault>(row.fault),
+          .mode = static_cast<control::Mode>(row.mode),
+          .requested_mode = static_cast<control::Mode>(row.requested_mode)};
+}
+
+}  // namespace
+
+void LoopSupervisor::watch(const MonitoredLoop& loop, Raised raised) {
+  cycles_ = loop.cycles;
+  raised_ = std::move(raised);
+  detectors_ = std::make_unique<Detectors>(loop);
+  history_ = loop.twin == nullptr
+                 ? nullptr
+                 : std::make_unique<History>(loop.history_s, loop.twin->sample_time_s);
+  corrective_ = std::make_unique<CorrectiveControl>(loop.corrective, loop.channels, loop.twin,
+                                                    loop.window.sample_time_s, alarms_);
+  if (const model::ControllerWatch* controller = detectors_->monitor.controller()) {
+    alarms_.controller_not_watched(controller->why_not());
+  }
+  restore_detectors();
+}
+
+void LoopSupervisor::restore_detectors() {
+  const AlarmSnapshot known = alarms_.snapshot();
+  for (const model::AlarmKind kind : model::kAlarmKinds) {
+    const model::Alarm& alarm = known.alarms.alarm(kind);
+    if (model::is_process_alarm(kind)) {
+      detectors_->process.restore(kind, alarm.active());
+    } else {
+      detectors_->monitor.restore(kind, alarm.active(), alarm.memory().severity_percent);
+    }
+  }
+}
+
+LoopSupervisor::Turn LoopSupervisor::take_turn() {
+  corrective_->attend();
+  detectors_->monitor.calm(corrective_->suppresses_cycling());
+  Turn turn;
+  bool judged = false;
+  RecordRow row;
+  while (turn.cycles < kCyclesATurn && !judged && cycles_->try_pop(row)) {
+    ++turn.cycles;
+    const model::MonitorStep result = step(row);
+    judged = use_window(result);
+    if (judged) ++turn.windows;
+    if (result.twin) {
+      report_raised(alarms_.twin_judged(result.conditions), result, model::AlarmReason::twin);
+    }
+    if (result.routine) {
+      report_raised(alarms_.routine_judged(*result.routine, result.conditions), result,
+                    model::AlarmReason::routine);
+      judged = true;  // it took as long as a window
+    }
+  }
+  if (turn.cycles > 0) publish_progress(turn.cycles);
+  turn.more = turn.cycles > 0 && (judged || turn.cycles == kCyclesATurn);
+  return turn;
+}
+
+model::MonitorStep LoopSupervisor::step(const RecordRow& row) {
+  Detectors& d = *detectors_;
+  const bool at_limit = (row.flags & (record::kAtLow | record::kAtHigh)) != 0;
+  d.times.add(static_cast<control::Mode>(row.mode), at_limit);
+  watch_process(row);
+  const model::Cycle cycle = cycle_of(row);
+  d.condition.add(cycle,
+                  {.pv_bad = static_cast<hal::Quality>(row.pv_quality) == hal::Quality::bad,
+                   .pv_frozen = is_frozen(row),
+                   .cycle_bad = (row.flags & (record::kLateCycle | record::kOutputLost)) != 0});
+  model::MonitorStep result = d.monitor.add(cycle);
+  if (history_) {
+    history_->add(cycle);
+    if (d.monitor.twin_quiet()) history_->quiet();
+  }
+  if ((result.twin || result.routine) && d.condition.verdict(result.conditions)) {
+    alarms_.forget_stick();
+  }
+  return result;
+}
+
+void LoopSupervisor::watch_process(const RecordRow& row) {
+  Detectors& d = *detectors_;
+  const model::ProcessChanges changes = d.process.add(process_cycle_of(row));
+  // First, because other changes of the same cycle may follow from it.
+  if (const bool lost = d.process.pv_lost(); lost != d.pv_lost) {
+    alarms_.pv_lost(lost);
+    d.pv_lost = lost;
+  }
+  if (!changes.view().empty()) {
+    std::vector<ProcessNews> news;
+    for (const model::ProcessChange& change : changes.view()) {
+      news.push_back({change, why_changed(change, row, d.process_settings, d.pv_unit)});
+    }
+    alarms_.process_changed(news);
+  }
+  const bool rests = d.process.deviation_rests();
+  if (rests != d.deviation_rests && d.process_settings.at(model::AlarmKind::deviation).fitted) {
+    alarms_.deviation_rests(rests);
+    d.deviation_rests = rests;
+  }
+}
+
+bool LoopSupervisor::use_window(const model::MonitorStep& step) {
+  using Kind = model::MonitorStep::Kind;
+  model::ConditionWatch& condition = detectors_->condition;
+  switch (step.kind) {
+    case Kind::nothing: return false;
+    case Kind::interrupted:
+      alarms_.interrupted(step.state);
+      corrective_->follow_step(step, false);
+      return false;
+    case Kind::not_fit:
+      condition.window(step.measures, nullptr);
+      alarms_.window_not_fit(condition.told(step.measures), step.state, step.judgement);
+      corrective_->follow_step(step, false);
+      break;
+    case Kind::judged: {
+      condition.window(step.measures, &step.conditions);
+      const JournaledAlarms::AlarmKinds raised =
+          alarms_.window_judged(condition.told(step.measures), step.judgement, step.conditions);
+      report_raised(raised, step, model::AlarmReason::windows);
+      corrective_->follow_step(step, std::find(raised.begin(), raised.end(),
+                                               model::AlarmKind::stiction) != raised.end());
+      break;
+    }
+  }
+  return true;
+}
+
+void LoopSupervisor::report_raised(const JournaledAlarms::AlarmKinds& alarms,
+                                   const model::MonitorStep& step, model::AlarmReason reason) {
+  if (!raised_) return;
+  for (const model::AlarmKind alarm : alarms) {
+    raised_(index_, alarm, detectors_->monitor, step, reason);
+  }
+}
+
+void LoopSupervisor::publish_progress(std::size_t cycles) {
+  Detectors& d = *detectors_;
+  corrective_->follow_moves(cycles);
+  if (const auto remarks = d.monitor.remarks()) {
+    alarms_.set_twin_remarks(*remarks,
+                             d.monitor.settings().sample_time_s * static_cast<double>(cycles));
+  }
+  alarms_.set_progress(d.times, d.condition.indices(), d.monitor.state(),
+                       d.monitor.routine_levels());
+  alarms_.set_flaps(d.process);
+}
+
+}  // namespace loopwarden::daemon::supervision

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/supervision/row_text.hpp"
+
+#include <fmt/format.h>
+
+#include "hal/contract/sample.hpp"
+#include "model/control/loop_controller.hpp"
+#include "model/control/supervisor.hpp"
+
+namespace loopwarden::daemon::supervision {
+
+namespace model = loopwarden::monitor;
+using record::RecordRow;
+
+namespace {
+
+std::string pv_text(const RecordRow& row) {
+  const auto quality = static_cast<hal::Quality>(row.pv_quality);
+  std::string text = fmt::format("PV is {}", to_text(quality));
+  if (quality == hal::Quality::good) return text;
+  return text + fmt::format(": {}", to_text(static_cast<hal::Reason>(row.pv_reason)));
+}
+
+std::string mode_text(const RecordRow& row, model::NormalMode normal) {
+  const auto fault = static_cast<control::Fault>(row.fault);
+  std::string text = to_text(static_cast<control::Mode>(row.mode));
+  if (fault != control::Fault::none) text += fmt::format(" ({})", to_text(fault));
+  return text + fmt::format("; the normal mode is {}", to_text(normal));
+}
+
+// Returns PV, its limit and the unit.
+std::string limit_text(const model::ProcessChange& change, const RecordRow& row,
+                       const model::LimitSettings& limits, const std::string& unit) {
+  const double limit = limits.at(change.kind).limit;
+  if (change.kind == model::AlarmKind::rate_of_change) {
+    return fmt::format("PV {:.4g} {} changes {} than {:.4g} {}/s", row.pv, unit,
+                       change.on ? "faster" : "no faster", limit, unit);
+  }
+  if (change.kind == model::AlarmKind::deviation) {
+    return fmt::format("PV {:.4g}, SP {:.4g}, limit {:.4g} {}", row.pv, row.sp, limit, unit);
+  }
+  return fmt::format("PV {:.4g}, limit {:.4g} {}", row.pv, limit, unit);
+}
+
+}  // namespace
+
+std::string why_changed(const model::ProcessChange& change, const RecordRow& row,
+                        const model::ProcessSettings& settings, const std::string& unit) {
+  const bool pv_bad = static_cast<hal::Quality>(row.pv_quality) == hal::Quality::bad;
+  switch (change.kind) {
+    case model::AlarmKind::output_lost:
+      if (!change.on) return "commands reach the device";
+      return "commands don't reach the device" + (pv_bad ? "; " + pv_text(row) : std::string());
+    case model::AlarmKind::output_unknown:
+      return change.on ? "nothing tells where the output stands" : "the output is known";
+    case model::AlarmKind::not_normal_mode: return mode_text(row, settings.normal_mode);
+    case model::AlarmKind::enable_open:
+      return change.on ? "the enable contact is open" : "the enable contact is closed";
+    case model::AlarmKind::bad_pv:
+    case model::AlarmKind::source_lost: break;
+    default: return limit_text(change, row, settings.limits, unit);
+  }
+  return pv_text(row);
+}
+
+}  // namespace loopwarden::daemon::supervision
