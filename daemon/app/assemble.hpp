@@ -46,7 +46,7 @@ struct Origin {
 // The monitor and the parts that it uses.
 struct Watching {
   std::map<std::string, std::unique_ptr<alarm::WindowJudge>> judges;  // by folder
-  std::deque<commands::CommandQueue> queues;                                // one per loop
+  std::deque<commands::CommandQueue> queues;                          // one per loop
   std::unique_ptr<supervision::Monitor> monitor;
 };
 

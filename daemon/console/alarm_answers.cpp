@@ -62,25 +62,25 @@ std::vector<protocol::AlarmFigures::Counted> counted(const std::vector<alarm::Co
 }
 
 void find_stale(const Plant& plant, std::int64_t now_ms, protocol::AlarmFigures& figures) {
-  const auto look = [&](const std::string& source, const char* name, const model::Alarm& alarm) {
+  const auto look = [&](const std::string& source, const char* name, const alarm::Alarm& alarm) {
     const std::int64_t since_ms = alarm.memory().raised_ms;
-    const bool shown = alarm.state() == model::AlarmState::unacknowledged ||
-                       alarm.state() == model::AlarmState::acknowledged;
+    const bool shown = alarm.state() == alarm::AlarmState::unacknowledged ||
+                       alarm.state() == alarm::AlarmState::acknowledged;
     // The age is unknown if the clock was ahead when the alarm was raised.
-    if (shown && std::abs(now_ms - since_ms) > model::kStale_ms) {
+    if (shown && std::abs(now_ms - since_ms) > alarm::kStale_ms) {
       figures.stale.push_back({source, name, since_ms});
     }
   };
   for (std::size_t i = 0; i < plant.alarms.loops(); ++i) {
     plant.alarms.look(i, [&](const supervision::AlarmSnapshot& watch) {
-      for (const AlarmKind kind : model::kAlarmKinds) {
-        look(plant.alarms.name(i), model::to_text(kind), watch.alarms.alarm(kind));
+      for (const AlarmKind kind : alarm::kAlarmKinds) {
+        look(plant.alarms.name(i), alarm::to_text(kind), watch.alarms.alarm(kind));
       }
     });
   }
-  const model::BoxAlarms of_box = plant.box_alarms.alarms();
-  for (const model::BoxAlarm kind : model::kBoxAlarms) {
-    look(model::kBox, model::to_text(kind), of_box.alarm(kind));
+  const alarm::BoxAlarms of_box = plant.box_alarms.alarms();
+  for (const alarm::BoxAlarm kind : alarm::kBoxAlarms) {
+    look(alarm::kBox, alarm::to_text(kind), of_box.alarm(kind));
   }
 }
 
@@ -88,8 +88,8 @@ void find_stale(const Plant& plant, std::int64_t now_ms, protocol::AlarmFigures&
 
 protocol::AlarmDesigns alarm_designs(const Plant& plant, std::size_t loop) {
   protocol::AlarmDesigns its;
-  const model::LoopAlarms alarms = plant.alarms.snapshot(loop).alarms;
-  for (const AlarmKind kind : model::kAlarmKinds) {
+  const alarm::LoopAlarms alarms = plant.alarms.snapshot(loop).alarms;
+  for (const AlarmKind kind : alarm::kAlarmKinds) {
     if (alarms.fitted(kind)) its.alarms.push_back(design_of(plant.loops[loop].config, kind));
   }
   return its;
@@ -106,7 +106,7 @@ protocol::AlarmDesigns alarm_designs(const Plant& plant) {
   return all;
 }
 
-protocol::AlarmFigures figures_of(const Plant& plant, std::span<const model::AlarmCame> came,
+protocol::AlarmFigures figures_of(const Plant& plant, std::span<const alarm::AlarmCame> came,
                                   std::int64_t from_ms, std::int64_t to_ms) {
   std::map<std::pair<std::string, std::string>, std::string> priority;
   for (const protocol::AlarmDesign& one : alarm_designs(plant).alarms) {

@@ -15,16 +15,15 @@
 namespace loopwarden::daemon::console {
 
 using base::LocalServer;
-namespace model = loopwarden::monitor;
 
 namespace {
 
-model::AlarmAction wanted_action(const std::string& word) {
-  static const std::map<std::string, model::AlarmAction> kActions{
-      {"acknowledge", model::AlarmAction::acknowledge},
-      {"reset", model::AlarmAction::reset},
-      {"shelve", model::AlarmAction::shelve},
-      {"unshelve", model::AlarmAction::unshelve}};
+alarm::AlarmAction wanted_action(const std::string& word) {
+  static const std::map<std::string, alarm::AlarmAction> kActions{
+      {"acknowledge", alarm::AlarmAction::acknowledge},
+      {"reset", alarm::AlarmAction::reset},
+      {"shelve", alarm::AlarmAction::shelve},
+      {"unshelve", alarm::AlarmAction::unshelve}};
   return meant_by(word, kActions,
                   "action is acknowledge, reset, shelve or unshelve; of stiction calm, too");
 }
@@ -43,13 +42,13 @@ std::int64_t wanted_shelf_ms(const protocol::AlarmRequest& request) {
 LocalServer::Answer AlarmCommands::alarm(const protocol::AlarmRequest& request,
                                          const Sender& sender) {
   const bool calms = request.action == "calm" && request.alarm == "stiction";
-  const model::AlarmAction action =
-      calms ? model::AlarmAction::acknowledge : wanted_action(request.action);
+  const alarm::AlarmAction action =
+      calms ? alarm::AlarmAction::acknowledge : wanted_action(request.action);
   const std::int64_t shelve_ms =
-      action == model::AlarmAction::shelve ? wanted_shelf_ms(request) : 0;
+      action == alarm::AlarmAction::shelve ? wanted_shelf_ms(request) : 0;
   std::string reason = short_text(request.reason, "reason");
-  if (request.loop == model::kBox) {
-    const model::BoxAlarm kind = wanted_box_alarm(request.alarm);
+  if (request.loop == alarm::kBox) {
+    const alarm::BoxAlarm kind = wanted_box_alarm(request.alarm);
     const supervision::CommandResult result =
         plant_.box_alarms.act({kind, action, shelve_ms, sender.peer, std::move(reason)});
     if (!result.accepted) throw RequestError(result.why);
@@ -89,15 +88,15 @@ LocalServer::Answer AlarmCommands::acknowledge_incident(
 LocalServer::Answer AlarmCommands::acknowledge_all(const protocol::AcknowledgeAllRequest& request,
                                                    const Sender& sender) {
   const supervision::Acknowledged done = plant_.alarms.acknowledge_all(
-      model::kAlarmKinds, sender.peer, short_text(request.reason, "reason"));
+      alarm::kAlarmKinds, sender.peer, short_text(request.reason, "reason"));
   protocol::AllAcknowledged all;
   for (const auto& [loop, kind] : done.alarms) {
-    all.acknowledged.push_back({plant_.alarms.name(loop), model::to_text(kind)});
+    all.acknowledged.push_back({plant_.alarms.name(loop), alarm::to_text(kind)});
   }
-  const box::BoxAcknowledged of_box =
+  const host::BoxAcknowledged of_box =
       plant_.box_alarms.acknowledge_all(sender.peer, short_text(request.reason, "reason"));
-  for (const model::BoxAlarm kind : of_box.alarms) {
-    all.acknowledged.push_back({model::kBox, model::to_text(kind)});
+  for (const alarm::BoxAlarm kind : of_box.alarms) {
+    all.acknowledged.push_back({alarm::kBox, alarm::to_text(kind)});
   }
   return when_written(journal_, std::move(all), std::max(done.ticket, of_box.ticket), sender);
 }
@@ -106,7 +105,7 @@ LocalServer::Answer AlarmCommands::veto(const protocol::VetoRequest& request,
                                         const Sender& sender) {
   const std::size_t index = loop_index(plant_, request.loop);
   const supervision::CommandResult result =
-      plant_.alarms.of(index).set_veto(request.veto ? model::Veto::back : model::Veto::none,
+      plant_.alarms.of(index).set_veto(request.veto ? alarm::Veto::back : alarm::Veto::none,
                                        sender.peer, short_text(request.reason, "reason"));
   if (!result.accepted) throw RequestError(result.why);
   return when_written(journal_, protocol::Vetoed{}, result.ticket, sender);
@@ -115,11 +114,11 @@ LocalServer::Answer AlarmCommands::veto(const protocol::VetoRequest& request,
 std::string AlarmCommands::active_valve_alarms(std::size_t loop) const {
   const supervision::AlarmSnapshot watch = plant_.alarms.snapshot(loop);
   std::string text;
-  for (const model::AlarmKind kind : model::kAlarmKinds) {
-    const model::Alarm& alarm = watch.alarms.alarm(kind);
-    if (!alarm.active() || model::is_process_alarm(kind)) continue;
-    text += (text.empty() ? "" : ", ") + std::string(model::to_text(kind));
-    if (model::has_size(kind)) text += fmt::format(" {:.1f} %", alarm.memory().severity_percent);
+  for (const alarm::AlarmKind kind : alarm::kAlarmKinds) {
+    const alarm::Alarm& alarm = watch.alarms.alarm(kind);
+    if (!alarm.active() || alarm::is_process_alarm(kind)) continue;
+    text += (text.empty() ? "" : ", ") + std::string(alarm::to_text(kind));
+    if (alarm::has_size(kind)) text += fmt::format(" {:.1f} %", alarm.memory().severity_percent);
   }
   return text.empty() ? "no alarm" : text;
 }

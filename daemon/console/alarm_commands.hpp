@@ -7,7 +7,7 @@
 #include "daemon/console/plant.hpp"
 #include "daemon/console/sender.hpp"
 #include "daemon/journal/journal.hpp"
-#include "protocol/requests.hpp"
+#include "daemon/protocol/requests.hpp"
 
 namespace loopwarden::daemon::console {
 

@@ -7,7 +7,7 @@
 #include <string>
 
 #include "daemon/gateway/map_values.hpp"
-#include "protocol/answers.hpp"
+#include "daemon/protocol/answers.hpp"
 
 namespace loopwarden::daemon::console {
 

@@ -22,7 +22,6 @@
 namespace loopwarden::daemon::console {
 
 using nlohmann::json;
-namespace model = loopwarden::monitor;
 
 namespace {
 
@@ -214,9 +213,9 @@ commands::CommandQueue& LoopCommands::queue(std::size_t loop) {
         [this, next](const rt::Command& command, const journal::JournalEntry& line) {
           // The monitor must not undo an operator's change of the jacket.
           if (!command.jacket ||
-              plant_.alarms.snapshot(next).corrective == model::CorrectiveState::off)
+              plant_.alarms.snapshot(next).corrective == alarm::CorrectiveState::off)
             return;
-          plant_.alarms.of(next).set_veto(model::Veto::hands_off, line.peer, "jacket set by hand");
+          plant_.alarms.of(next).set_veto(alarm::Veto::hands_off, line.peer, "jacket set by hand");
         }));
   }
   return queues_[loop];

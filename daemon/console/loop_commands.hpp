@@ -11,7 +11,7 @@
 #include "daemon/console/sender.hpp"
 #include "daemon/journal/journal.hpp"
 #include "daemon/commands/command_queue.hpp"
-#include "protocol/requests.hpp"
+#include "daemon/protocol/requests.hpp"
 
 namespace loopwarden::daemon::console {
 

@@ -6,7 +6,7 @@
 #include <optional>
 #include <string>
 
-#include "protocol/answers.hpp"
+#include "daemon/protocol/answers.hpp"
 
 namespace loopwarden::daemon::console {
 

@@ -9,8 +9,6 @@
 
 namespace loopwarden::daemon::console {
 
-namespace model = loopwarden::monitor;
-
 std::size_t loop_index(const Plant& plant, const std::string& name) {
   const std::optional<std::size_t> found = find_loop(plant.loops, name);
   if (!found) throw RequestError("no loop '" + name + "'");
@@ -27,20 +25,20 @@ void check_takes_commands(const Plant& plant, std::size_t loop) {
                      " is controlled elsewhere: nothing of it can be ordered from here");
 }
 
-model::AlarmKind wanted_alarm(const std::string& name) {
+alarm::AlarmKind wanted_alarm(const std::string& name) {
   std::string all;
-  for (const model::AlarmKind kind : model::kAlarmKinds) {
-    if (name == model::to_text(kind)) return kind;
-    all += (all.empty() ? "" : ", ") + std::string(model::to_text(kind));
+  for (const alarm::AlarmKind kind : alarm::kAlarmKinds) {
+    if (name == alarm::to_text(kind)) return kind;
+    all += (all.empty() ? "" : ", ") + std::string(alarm::to_text(kind));
   }
   throw RequestError("no alarm '" + name + "'; alarms are " + all);
 }
 
-model::BoxAlarm wanted_box_alarm(const std::string& name) {
+alarm::BoxAlarm wanted_box_alarm(const std::string& name) {
   std::string all;
-  for (const model::BoxAlarm kind : model::kBoxAlarms) {
-    if (name == model::to_text(kind)) return kind;
-    all += (all.empty() ? "" : ", ") + std::string(model::to_text(kind));
+  for (const alarm::BoxAlarm kind : alarm::kBoxAlarms) {
+    if (name == alarm::to_text(kind)) return kind;
+    all += (all.empty() ? "" : ", ") + std::string(alarm::to_text(kind));
   }
   throw RequestError("the box has no alarm '" + name + "'; its alarms are " + all);
 }

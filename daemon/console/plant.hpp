@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "daemon/box/box_board.hpp"
+#include "daemon/host/box_board.hpp"
 #include "daemon/loops/loop_runtime.hpp"
 #include "daemon/supervision/alarm_registry.hpp"
 #include "daemon/recorder/historian.hpp"
@@ -19,14 +19,14 @@ struct Plant {
   std::vector<LoopRuntime>& loops;
   Historian& historian;
   supervision::AlarmRegistry& alarms;
-  box::BoxBoard& box_alarms;
+  host::BoxBoard& box_alarms;
   double severe_percent;  // % of the CO span
 };
 
 // Return the index or the alarm of this name. Throw RequestError for an unknown name.
 std::size_t loop_index(const Plant& plant, const std::string& name);
-monitor::AlarmKind wanted_alarm(const std::string& name);
-monitor::BoxAlarm wanted_box_alarm(const std::string& name);
+alarm::AlarmKind wanted_alarm(const std::string& name);
+alarm::BoxAlarm wanted_box_alarm(const std::string& name);
 
 // Throws RequestError if the loop accepts no orders here: out of service, or controlled elsewhere.
 void check_takes_commands(const Plant& plant, std::size_t loop);

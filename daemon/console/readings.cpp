@@ -226,13 +226,13 @@ std::string Readings::alarms() const {
   std::string text = R"({"alarms":[)";
   for (std::size_t i = 0; i < plant_.alarms.loops(); ++i) {
     const supervision::AlarmSnapshot watch = plant_.alarms.snapshot(i);
-    for (const model::AlarmKind kind : model::kAlarmKinds) {
+    for (const alarm::AlarmKind kind : alarm::kAlarmKinds) {
       if (!watch.alarms.fitted(kind)) continue;
       put_item(text, alarm_of(plant_.alarms.name(i), kind, watch));
     }
   }
-  const model::BoxAlarms own = plant_.box_alarms.alarms();
-  for (const model::BoxAlarm kind : model::kBoxAlarms) put_item(text, alarm_of(kind, own));
+  const alarm::BoxAlarms own = plant_.box_alarms.alarms();
+  for (const alarm::BoxAlarm kind : alarm::kBoxAlarms) put_item(text, alarm_of(kind, own));
   text += R"(],"incidents":[)";
   for (std::size_t i = 0; i < plant_.alarms.loops(); ++i) {
     std::optional<protocol::Incident> incident;
@@ -257,7 +257,7 @@ protocol::AlarmFigures Readings::alarm_figures(const protocol::AlarmFiguresReque
   }
   const std::int64_t now_ms = plant_.alarms.now_ms();
   const std::int64_t asked_ms = now_ms - static_cast<std::int64_t>(hours) * 3'600'000;
-  const auto came = reader_.ask<std::vector<model::AlarmCame>>(
+  const auto came = reader_.ask<std::vector<alarm::AlarmCame>>(
       [this, asked_ms, now_ms] { return archive_.journal.came(asked_ms, now_ms, kMostCame); },
       kReaderPatience);
   if (!came) throw RequestError("the disk does not answer; the journal can't be read");
@@ -306,15 +306,15 @@ protocol::Reports Readings::reports(const protocol::ReportsRequest& request) con
 }
 
 protocol::Explained Readings::explain_box(const protocol::ExplainRequest& request) {
-  const model::BoxAlarm kind = wanted_box_alarm(request.alarm);
-  const model::AlarmGuide guide = model::guide_of(kind);
+  const alarm::BoxAlarm kind = wanted_box_alarm(request.alarm);
+  const alarm::AlarmGuide guide = alarm::guide_of(kind);
   protocol::Explained answer{.alarm = alarm_of(kind, plant_.box_alarms.alarms()),
                              .cause = guide.cause,
                              .consequence = guide.consequence,
                              .action = guide.action,
                              .time_to_act = guide.time_to_act};
   const auto rows = reader_.ask<std::vector<journal::JournalRow>>(
-      [this] { return archive_.journal.newest(kMostHistory, model::kBox); }, kReaderPatience);
+      [this] { return archive_.journal.newest(kMostHistory, alarm::kBox); }, kReaderPatience);
   answer.disk_answers = rows.has_value();
   for (const journal::JournalRow& row : rows.value_or(std::vector<journal::JournalRow>{})) {
     if (row.entry.alarm == request.alarm) answer.history.push_back(line_of(row));
@@ -323,9 +323,9 @@ protocol::Explained Readings::explain_box(const protocol::ExplainRequest& reques
 }
 
 protocol::Explained Readings::explain(const protocol::ExplainRequest& request) {
-  if (request.loop == model::kBox) return explain_box(request);
+  if (request.loop == alarm::kBox) return explain_box(request);
   const std::size_t index = loop_index(plant_, request.loop);
-  const model::AlarmKind kind = wanted_alarm(request.alarm);
+  const alarm::AlarmKind kind = wanted_alarm(request.alarm);
   const supervision::AlarmSnapshot watch = plant_.alarms.snapshot(index);
   const config::AlarmTexts guide = plant_.loops[index].config.alarms.guide(kind);
   struct OnDisk {

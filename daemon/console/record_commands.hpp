@@ -13,7 +13,7 @@
 #include "daemon/console/plant.hpp"
 #include "daemon/console/sender.hpp"
 #include "daemon/loops/commissioning.hpp"
-#include "protocol/requests.hpp"
+#include "daemon/protocol/requests.hpp"
 
 namespace loopwarden::daemon::console {
 

@@ -3,7 +3,7 @@
 
 #include "daemon/console/operations.hpp"
 #include "daemon/console/sender.hpp"
-#include "protocol/requests.hpp"
+#include "daemon/protocol/requests.hpp"
 
 namespace loopwarden::daemon::console {
 

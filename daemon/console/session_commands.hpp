@@ -12,7 +12,7 @@
 #include "daemon/console/sender.hpp"
 #include "daemon/journal/journal.hpp"
 #include "daemon/loops/commissioning.hpp"
-#include "protocol/requests.hpp"
+#include "daemon/protocol/requests.hpp"
 
 namespace loopwarden::daemon::console {
 

@@ -116,8 +116,8 @@ protocol::Cycle cycle_of(const record::RecordRow& row, const LoopRuntime& runtim
 
 // Returns the probability that a specialist gives to its condition.
 double probability_of(const supervision::LoggedWindow& window, specialist::Condition condition) {
-  const auto p = [&](model::AlarmKind kind) {
-    return static_cast<double>(window.probability[model::index_of(kind)]);
+  const auto p = [&](alarm::AlarmKind kind) {
+    return static_cast<double>(window.probability[alarm::index_of(kind)]);
   };
   switch (condition) {
     case specialist::Condition::stiction: return p(alarm::AlarmKind::stiction);
@@ -133,9 +133,9 @@ double probability_of(const supervision::LoggedWindow& window, specialist::Condi
 }
 
 const char* verdict_text(const supervision::LoggedWindow& window) {
-  using Result = model::WindowJudgement::Result;
-  return window.result == Result::fault ? model::to_text(window.fault)
-                                        : model::to_text(window.result);
+  using Result = alarm::WindowJudgement::Result;
+  return window.result == Result::fault ? alarm::to_text(window.fault)
+                                        : alarm::to_text(window.result);
 }
 
 // Rounds to the six digits of a float.
@@ -145,9 +145,9 @@ double rounded(double value) {
 
 }  // namespace
 
-protocol::Alarm alarm_of(const std::string& loop, model::AlarmKind kind,
+protocol::Alarm alarm_of(const std::string& loop, alarm::AlarmKind kind,
                          const supervision::AlarmSnapshot& watch) {
-  const model::Alarm& alarm = watch.alarms.alarm(kind);
+  const alarm::Alarm& alarm = watch.alarms.alarm(kind);
   const auto cause = watch.alarms.cause_of(kind);
   const bool follows = alarm.active() && cause.has_value();
   const alarm::AlarmMemory& memory = alarm.memory();
@@ -187,7 +187,7 @@ protocol::Alarm alarm_of(alarm::BoxAlarm kind, const alarm::BoxAlarms& alarms) {
 
 std::optional<protocol::Incident> incident_of(const std::string& loop,
                                               const supervision::AlarmSnapshot& watch) {
-  const model::Incident& known = watch.incident.incident();
+  const alarm::Incident& known = watch.incident.incident();
   if (!known.there()) return std::nullopt;
   const auto seconds = [](std::int64_t ms) { return static_cast<double>(ms) / 1000.0; };
   protocol::Incident incident{
@@ -233,12 +233,12 @@ protocol::Explanation told(const Explanation& e) {
 }
 
 std::optional<protocol::Explanation> explanation_of(const supervision::AlarmSnapshot& watch,
-                                                    model::AlarmKind kind) {
-  if (const auto& own = watch.explanations[model::index_of(kind)]) return told(*own);
+                                                    alarm::AlarmKind kind) {
+  if (const auto& own = watch.explanations[alarm::index_of(kind)]) return told(*own);
   const auto& newest = watch.explanation;
   if (!newest) return std::nullopt;
   // Alarms that joined an incident share its explanation.
-  const model::Incident& incident = watch.incident.incident();
+  const alarm::Incident& incident = watch.incident.incident();
   const bool same =
       incident.has(kind) && incident.has(newest->alarm) && newest->raised_ms >= incident.opened_ms;
   return same || newest->final_name == kind ? std::optional(told(*newest)) : std::nullopt;
@@ -300,7 +300,7 @@ std::vector<protocol::RoutineLevel> routine_of(const supervision::AlarmSnapshot&
 
 protocol::Monitor monitor_of(const supervision::AlarmSnapshot& watch,
                              const config::LoopConfig& loop) {
-  const model::WindowMeasures& m = watch.measures;
+  const alarm::WindowMeasures& m = watch.measures;
   const analysis::ConditionIndices& condition = watch.condition;
   const bool no_size = watch.judgement.result == alarm::WindowJudgement::Result::fault &&
                        !alarm::has_size(watch.judgement.fault);
@@ -339,8 +339,8 @@ protocol::Monitor monitor_of(const supervision::AlarmSnapshot& watch,
 }
 
 protocol::JudgedWindow window_of(const supervision::LoggedWindow& window) {
-  const bool before_judge = window.state == model::WindowState::valid ||
-                            window.state == model::WindowState::not_enough_movement;
+  const bool before_judge = window.state == alarm::WindowState::valid ||
+                            window.state == alarm::WindowState::not_enough_movement;
   protocol::JudgedWindow all{.time_ms = window.utc_ms};
   if (window.state != alarm::WindowState::valid) all.suppressed = alarm::to_text(window.state);
   if (!before_judge) return all;
@@ -441,7 +441,7 @@ protocol::LoopStatus loop_status(const Plant& plant, std::size_t index) {
   record::RecordRow row;
   if (!plant.historian.latest(index, row)) return loop;
   loop.cycle = cycle_of(row, runtime, settings);
-  loop.cycle->ne107 = model::to_text(health_of(config, row, watch, plant.severe_percent));
+  loop.cycle->ne107 = alarm::to_text(health_of(config, row, watch, plant.severe_percent));
   return loop;
 }
 

@@ -127,7 +127,8 @@ void Gateway::watch_master() {
     // Manual is also sent to loops that are being commissioned, because it is the safer mode.
     const bool manual = command.mode == control::Mode::manual;
     if (manual ? loops_.controlled_elsewhere(i) : loops_.read_only(i)) continue;
-    if (loops_.read(i).availability.mode == command.mode) continue;  // in force already: not a command
+    if (loops_.read(i).availability.mode == command.mode)
+      continue;  // in force already: not a command
     journal::JournalEntry line;
     line.kind = journal::JournalEntry::Kind::system;
     line.utc_ms = loops_.box().utc_ms;

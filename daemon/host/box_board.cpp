@@ -29,9 +29,9 @@ supervision::CommandResult BoxBoard::act(const BoxCommand& order) {
 }
 
 supervision::CommandResult BoxBoard::act_locked(const BoxCommand& order) {
-  const model::BoxAlarms before = alarms_;
+  const alarm::BoxAlarms before = alarms_;
   const std::int64_t now_ms = utc_ms_();
-  const model::Alarm& alarm = alarms_.alarm(order.kind);
+  const alarm::Alarm& alarm = alarms_.alarm(order.kind);
   supervision::CommandResult result;
   result.accepted = alarms_.act(order.kind, order.action, now_ms, now_ms + order.shelve_ms);
   if (!result.accepted) result.why = why_refused(order, alarm::kBox, alarm);

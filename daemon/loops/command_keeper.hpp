@@ -66,7 +66,7 @@ class CommandKeeper {
   std::condition_variable changed_;
   std::vector<Track> tracks_;
   std::map<std::string, LastCommand> resting_;  // orders of loops out of service
-  bool forget_ = false;                       // the disk has loops that no longer exist
+  bool forget_ = false;                         // the disk has loops that no longer exist
   bool frozen_ = false;
   bool quit_ = false;
   bool asked_for_ = false;

@@ -29,7 +29,7 @@ struct LastCommand {
 
 struct LastCommands {
   std::map<std::string, LastCommand> loops;  // by tag
-  bool known = false;                      // the file existed and was valid
+  bool known = false;                        // the file existed and was valid
   // Why an existing file is not used; empty: it is used, or there was no file.
   std::string damaged;
 };

@@ -12,8 +12,7 @@ bool is_simulated(const config::LoopConfig& config) noexcept {
 }
 
 alarm::Ne107 health_of(const config::LoopConfig& config, const record::RecordRow& row,
-                                     const supervision::AlarmSnapshot& watch,
-                                     double severe_percent) noexcept {
+                       const supervision::AlarmSnapshot& watch, double severe_percent) noexcept {
   using control::Fault;
   const auto fault = static_cast<Fault>(row.fault);
   const auto quality = static_cast<hal::Quality>(row.pv_quality);

@@ -12,7 +12,6 @@ namespace loopwarden::daemon {
 bool is_simulated(const config::LoopConfig& config) noexcept;
 
 alarm::Ne107 health_of(const config::LoopConfig& config, const record::RecordRow& row,
-                                     const supervision::AlarmSnapshot& watch,
-                                     double severe_percent) noexcept;
+                       const supervision::AlarmSnapshot& watch, double severe_percent) noexcept;
 
 }  // namespace loopwarden::daemon

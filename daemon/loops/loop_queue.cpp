@@ -35,7 +35,8 @@ commands::CommandQueue queue_of(LoopRuntime& loop, rt::CommandMailbox& box,
 }
 
 rt::InForce in_force(const LoopRuntime& loop, commands::CommandQueue& queue) {
-  const rt::LoopAvailability availability = queue.availability();  // read first, because the cycle publishes it last
+  const rt::LoopAvailability availability =
+      queue.availability();  // read first, because the cycle publishes it last
   control::PidGains gains = loop.settings->get().controller.pid.gains;
   rt::InForce now{.mode = availability.mode,
                   .set_point = loop.channels->set_point_wanted.load(std::memory_order_relaxed),

@@ -15,8 +15,8 @@ namespace loopwarden::daemon {
 // `done` is called for each order that the loop has taken, after the actions that are common to all
 // orders.
 using CommandDone = std::function<void(const rt::Command&, const journal::JournalEntry&)>;
-commands::CommandQueue queue_of(LoopRuntime& loop, rt::CommandMailbox& box, journal::Journal& journal,
-                          CommandDone done = {});
+commands::CommandQueue queue_of(LoopRuntime& loop, rt::CommandMailbox& box,
+                                journal::Journal& journal, CommandDone done = {});
 
 // Returns the values that the sender's next order will find in force. These are the loop's values,
 // changed by the sender's orders that the loop has not taken yet.

@@ -8,14 +8,14 @@
 #include <string>
 
 #include "daemon/journal/journal_entry.hpp"
-#include "model/monitor/alarm.hpp"
+#include "model/alarm/alarm.hpp"
 
 namespace loopwarden::daemon::supervision {
 
 template <class Kind>
 struct AlarmCommandOf {
   Kind kind{};
-  monitor::AlarmAction action = monitor::AlarmAction::acknowledge;
+  alarm::AlarmAction action = alarm::AlarmAction::acknowledge;
   std::int64_t shelve_ms = 0;  // for shelve
   std::string peer;            // sender, for the journal
   std::string reason;          // given by the sender; may be empty
@@ -30,8 +30,8 @@ struct CommandResult {
 // Returns why the action does not fit the state of `alarm`.
 template <class Kind>
 std::string why_refused(const AlarmCommandOf<Kind>& command, const std::string& source,
-                        const monitor::Alarm& alarm) {
-  if (command.action == monitor::AlarmAction::shelve) {
+                        const alarm::Alarm& alarm) {
+  if (command.action == alarm::AlarmAction::shelve) {
     return fmt::format("an alarm is shelved for at least a minute, and for {} min at most",
                        alarm.settings().shelve_limit_ms / 60'000);
   }
@@ -42,7 +42,7 @@ std::string why_refused(const AlarmCommandOf<Kind>& command, const std::string& 
 // Returns the journal line of an action. `memory`: state of the alarm after it.
 template <class Kind>
 journal::JournalEntry line_of(const AlarmCommandOf<Kind>& command, const std::string& source,
-                              const CommandResult& result, const monitor::AlarmMemory& memory,
+                              const CommandResult& result, const alarm::AlarmMemory& memory,
                               std::int64_t utc_ms) {
   journal::JournalEntry entry;
   entry.kind = journal::JournalEntry::Kind::operator_action;
@@ -51,7 +51,7 @@ journal::JournalEntry line_of(const AlarmCommandOf<Kind>& command, const std::st
   entry.alarm = to_text(command.kind);
   entry.peer = command.peer;
   entry.what = to_text(command.action);
-  if (command.action == monitor::AlarmAction::shelve) {
+  if (command.action == alarm::AlarmAction::shelve) {
     entry.new_value = fmt::format("{} min", command.shelve_ms / 60'000);
   }
   entry.reason = command.reason;
@@ -61,8 +61,8 @@ journal::JournalEntry line_of(const AlarmCommandOf<Kind>& command, const std::st
 }
 
 // Returns true if a change under a shelf or a suppression must be stored for a restart.
-inline bool remembered_otherwise(const monitor::AlarmMemory& was,
-                                 const monitor::AlarmMemory& now) noexcept {
+inline bool remembered_otherwise(const alarm::AlarmMemory& was,
+                                 const alarm::AlarmMemory& now) noexcept {
   return now.raised != was.raised || now.shelved_until_ms != was.shelved_until_ms;
 }
 

@@ -5,10 +5,8 @@
 
 namespace loopwarden::daemon::supervision {
 
-namespace model = loopwarden::monitor;
-
 AlarmRegistry::AlarmRegistry(std::vector<SupervisedLoop> loops,
-                             const model::AlarmSettings& settings, journal::Journal& journal,
+                             const alarm::AlarmSettings& settings, journal::Journal& journal,
                              std::function<std::int64_t()> utc_ms)
     : utc_ms_(std::move(utc_ms)) {
   for (SupervisedLoop& loop : loops) {
@@ -26,14 +24,14 @@ std::uint64_t AlarmRegistry::changes() const {
   return all;
 }
 
-Acknowledged AlarmRegistry::acknowledge_all(std::span<const model::AlarmKind> kinds,
+Acknowledged AlarmRegistry::acknowledge_all(std::span<const alarm::AlarmKind> kinds,
                                             const std::string& peer, const std::string& reason) {
   Acknowledged done;
   for (std::size_t i = 0; i < loops_.size(); ++i) {
     JournaledAlarms::AlarmKinds acknowledged;
     const std::uint64_t ticket = of(i).acknowledge(kinds, peer, reason, acknowledged);
     if (!acknowledged.empty()) done.ticket = ticket;
-    for (const model::AlarmKind kind : acknowledged) done.alarms.push_back({i, kind});
+    for (const alarm::AlarmKind kind : acknowledged) done.alarms.push_back({i, kind});
   }
   return done;
 }

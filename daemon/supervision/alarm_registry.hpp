@@ -17,7 +17,7 @@ namespace loopwarden::daemon::supervision {
 struct Acknowledged {
   struct Which {
     std::size_t loop = 0;
-    monitor::AlarmKind kind = monitor::AlarmKind::stiction;
+    alarm::AlarmKind kind = alarm::AlarmKind::stiction;
   };
   std::vector<Which> alarms;
   std::uint64_t ticket = 0;  // of the journal's last line; 0: no alarm was unacknowledged
@@ -27,7 +27,7 @@ struct Acknowledged {
 class AlarmRegistry {
  public:
   // `utc_ms` returns the present time, ms since 1970.
-  AlarmRegistry(std::vector<SupervisedLoop> loops, const monitor::AlarmSettings& settings,
+  AlarmRegistry(std::vector<SupervisedLoop> loops, const alarm::AlarmSettings& settings,
                 journal::Journal& journal, std::function<std::int64_t()> utc_ms);
   AlarmRegistry(const AlarmRegistry&) = delete;
   AlarmRegistry& operator=(const AlarmRegistry&) = delete;
@@ -55,7 +55,7 @@ class AlarmRegistry {
 
   CommandResult act(std::size_t loop, const AlarmCommand& command) { return of(loop).act(command); }
   // Acknowledges all unacknowledged alarms of `kinds`, in all loops.
-  Acknowledged acknowledge_all(std::span<const monitor::AlarmKind> kinds, const std::string& peer,
+  Acknowledged acknowledge_all(std::span<const alarm::AlarmKind> kinds, const std::string& peer,
                                const std::string& reason);
 
  private:

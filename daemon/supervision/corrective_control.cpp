@@ -7,17 +7,16 @@
 #include <utility>
 #include <vector>
 
-#include "model/commission/planned_moves_of.hpp"
+#include "model/twin/planned_moves_of.hpp"
 
 namespace loopwarden::daemon::supervision {
 
-namespace model = loopwarden::monitor;
-using Order = model::CorrectiveStep::Order;
+using Order = alarm::CorrectiveStep::Order;
 
 namespace {
 
-const char* what_of(const model::CorrectiveStep& step) noexcept {
-  const bool planned = step.form == model::CorrectiveForm::planned_moves;
+const char* what_of(const alarm::CorrectiveStep& step) noexcept {
+  const bool planned = step.form == alarm::CorrectiveForm::planned_moves;
   switch (step.order) {
     case Order::on: return planned ? "planned moves on" : "jacket on";
     case Order::back: return planned ? "planned moves off" : "jacket back to shadow";
@@ -30,12 +29,12 @@ const char* what_of(const model::CorrectiveStep& step) noexcept {
 }  // namespace
 
 std::optional<CorrectiveControl::PlannedMoves> CorrectiveControl::planned_moves_of(
-    const model::CorrectiveSettings& settings, const CorrectiveChannels& channels,
+    const alarm::CorrectiveSettings& settings, const CorrectiveChannels& channels,
     const plant::LoopModel* twin) {
-  if (settings.form != model::CorrectiveForm::planned_moves) return std::nullopt;
+  if (settings.form != alarm::CorrectiveForm::planned_moves) return std::nullopt;
   if (channels.moves == nullptr || twin == nullptr) return std::nullopt;
   PlannedMoves planned{.on_order = settings.on_order,
-                       .settings = commission::planned_moves_of(*twin),
+                       .settings = twin::planned_moves_of(*twin),
                        .explained = nullptr};
   if (planned.settings) {
     planned.settings->max_move = settings.max_move;
@@ -44,14 +43,14 @@ std::optional<CorrectiveControl::PlannedMoves> CorrectiveControl::planned_moves_
   return planned;
 }
 
-CorrectiveControl::CorrectiveControl(const model::CorrectiveSettings& settings,
+CorrectiveControl::CorrectiveControl(const alarm::CorrectiveSettings& settings,
                                      const CorrectiveChannels& channels,
                                      const plant::LoopModel* twin, double period_s,
                                      JournaledAlarms& alarms)
     : channels_(channels),
       period_s_(period_s),
       alarms_(alarms),
-      action_(channels.commands != nullptr ? settings : model::CorrectiveSettings{}),
+      action_(channels.commands != nullptr ? settings : alarm::CorrectiveSettings{}),
       planned_(planned_moves_of(settings, channels, twin)),
       settings_seen_(channels.settings_taken != nullptr ? channels.settings_taken->load() : 0),
       started_ms_(alarms.now_ms()) {
@@ -59,7 +58,7 @@ CorrectiveControl::CorrectiveControl(const model::CorrectiveSettings& settings,
 }
 
 void CorrectiveControl::attend() {
-  if (action_.state() == model::CorrectiveState::off) return;
+  if (action_.state() == alarm::CorrectiveState::off) return;
   if (command_ != 0) {
     if (const auto outcome = channels_.commands->outcome(command_)) {
       command_ = 0;
@@ -75,9 +74,9 @@ void CorrectiveControl::attend() {
   // A commissioning must find the loop without corrective action.
   const bool commissioned =
       channels_.commissioned != nullptr && channels_.commissioned->load(std::memory_order_relaxed);
-  const model::Veto veto = alarms_.veto();
+  const alarm::Veto veto = alarms_.veto();
   follow(
-      action_.veto(commissioned && veto == model::Veto::none ? model::Veto::commissioning : veto));
+      action_.veto(commissioned && veto == alarm::Veto::none ? alarm::Veto::commissioning : veto));
   if (planned_ && channels_.commands->has_room()) follow_explanation();
 }
 
@@ -92,8 +91,8 @@ void CorrectiveControl::follow_explanation() {
   if (alarm && !stick) {
     follow(action_.explained_otherwise());
   } else if (fresh && planned_->settings) {
-    commission::set_stick(*planned_->settings, *stick->stick);
-    follow(action_.explained(!channels_.hardware || commission::known_well(*stick->stick)));
+    twin::set_stick(*planned_->settings, *stick->stick);
+    follow(action_.explained(!channels_.hardware || twin::known_well(*stick->stick)));
   }
   planned_->explained = stick;
   if (!channels_.commands->has_room()) return;
@@ -107,14 +106,14 @@ void CorrectiveControl::follow_moves(std::size_t cycles) {
   }
 }
 
-void CorrectiveControl::follow_step(const model::MonitorStep& step, bool raised) {
-  using State = model::WindowState;
-  if (action_.state() == model::CorrectiveState::off) return;
+void CorrectiveControl::follow_step(const watch::MonitorStep& step, bool raised) {
+  using State = alarm::WindowState;
+  if (action_.state() == alarm::CorrectiveState::off) return;
   alarm_raised_ = alarm_raised_ || raised;
   // A loop that takes no orders does not run either. The action waits for a later window.
   if (!channels_.commands->has_room()) return;
   // A loop that no longer cycles may move too little to be judged; its error is measured anyway.
-  if (step.kind == model::MonitorStep::Kind::judged || step.state == State::not_enough_movement) {
+  if (step.kind == watch::MonitorStep::Kind::judged || step.state == State::not_enough_movement) {
     follow(action_.window(step.measures, alarms_.stiction_is_on(),
                           std::exchange(alarm_raised_, false)));
   } else {
@@ -126,7 +125,7 @@ void CorrectiveControl::close() {
   if (channels_.commands != nullptr) channels_.commands->close();
 }
 
-void CorrectiveControl::follow(const model::CorrectiveStep& step) {
+void CorrectiveControl::follow(const alarm::CorrectiveStep& step) {
   if (!step.changed()) return;
   alarms_.set_corrective_state(step.to);
   std::vector<journal::JournalEntry> lines{line_of(step)};
@@ -142,7 +141,7 @@ void CorrectiveControl::follow(const model::CorrectiveStep& step) {
   command_ = channels_.commands->send(command, std::move(lines));
 }
 
-rt::Command CorrectiveControl::command_of(const model::CorrectiveStep& step) const {
+rt::Command CorrectiveControl::command_of(const alarm::CorrectiveStep& step) const {
   rt::Command command;
   if (!planned_) {
     command.jacket = step.order == Order::on ? rt::JacketMode::on : rt::JacketMode::shadow;
@@ -155,15 +154,15 @@ rt::Command CorrectiveControl::command_of(const model::CorrectiveStep& step) con
 }
 
 // The result of the line is known once the loop has answered the order.
-journal::JournalEntry CorrectiveControl::line_of(const model::CorrectiveStep& step) const {
+journal::JournalEntry CorrectiveControl::line_of(const alarm::CorrectiveStep& step) const {
   journal::JournalEntry line;
   line.kind = journal::JournalEntry::Kind::system;
   line.utc_ms = alarms_.now_ms();
   line.loop = alarms_.name();
-  line.alarm = model::to_text(model::AlarmKind::stiction);
+  line.alarm = alarm::to_text(alarm::AlarmKind::stiction);
   line.what = what_of(step);
-  line.old_value = model::to_text(step.from);
-  line.new_value = model::to_text(step.to);
+  line.old_value = alarm::to_text(step.from);
+  line.new_value = alarm::to_text(step.to);
   line.reason = step.why;
   if (step.rms_before > 0.0) {
     line.reason += fmt::format("; % of PV span, before: rms {:.3g}, mean {:.3g}", step.rms_before,

@@ -11,8 +11,8 @@
 #include "daemon/commands/command_queue.hpp"
 #include "daemon/rt/planned_moves_status.hpp"
 #include "daemon/supervision/journaled_alarms.hpp"
-#include "model/monitor/corrective_action.hpp"
-#include "model/monitor/loop_monitor.hpp"
+#include "model/alarm/corrective_action.hpp"
+#include "model/watch/loop_monitor.hpp"
 #include "model/plant/loop_model.hpp"
 
 namespace loopwarden::daemon::supervision {
@@ -34,13 +34,13 @@ struct CorrectiveChannels {
 class CorrectiveControl {
  public:
   // `twin`: null for a loop without twin; read during construction only.
-  CorrectiveControl(const monitor::CorrectiveSettings& settings, const CorrectiveChannels& channels,
+  CorrectiveControl(const alarm::CorrectiveSettings& settings, const CorrectiveChannels& channels,
                     const plant::LoopModel* twin, double period_s, JournaledAlarms& alarms);
 
   // Takes the answer to the last order, reloads, vetoes, explanations and the operator's command.
   void attend();
   // `raised`: the step raised the stiction alarm.
-  void follow_step(const monitor::MonitorStep& step, bool raised);
+  void follow_step(const watch::MonitorStep& step, bool raised);
   // `cycles`: number of cycles since the last call.
   void follow_moves(std::size_t cycles);
   // Records every order without an answer as not taken.
@@ -54,18 +54,18 @@ class CorrectiveControl {
     std::optional<control::PlannedMovesSettings> settings;
     std::shared_ptr<const Explanation> explained;  // newest one that was evaluated
   };
-  static std::optional<PlannedMoves> planned_moves_of(const monitor::CorrectiveSettings& settings,
+  static std::optional<PlannedMoves> planned_moves_of(const alarm::CorrectiveSettings& settings,
                                                       const CorrectiveChannels& channels,
                                                       const plant::LoopModel* twin);
   void follow_explanation();
-  void follow(const monitor::CorrectiveStep& step);
-  journal::JournalEntry line_of(const monitor::CorrectiveStep& step) const;
-  rt::Command command_of(const monitor::CorrectiveStep& step) const;
+  void follow(const alarm::CorrectiveStep& step);
+  journal::JournalEntry line_of(const alarm::CorrectiveStep& step) const;
+  rt::Command command_of(const alarm::CorrectiveStep& step) const;
 
   CorrectiveChannels channels_;
   double period_s_;
   JournaledAlarms& alarms_;
-  monitor::CorrectiveAction action_;
+  alarm::CorrectiveAction action_;
   std::optional<PlannedMoves> planned_;  // set if the corrective action has this form
   std::uint32_t settings_seen_;
   std::uint64_t command_ = 0;  // newest order that waits for its answer; 0: no order

@@ -11,12 +11,11 @@
 
 namespace loopwarden::daemon::supervision {
 
-namespace model = loopwarden::monitor;
+using alarm::AlarmKind;
+using alarm::AlarmState;
+using alarm::AlarmTransitions;
+using alarm::WindowState;
 using journal::JournalEntry;
-using model::AlarmKind;
-using model::AlarmState;
-using model::AlarmTransitions;
-using model::WindowState;
 
 namespace {
 
@@ -27,7 +26,7 @@ bool same_name(const Explanation& before, const Explanation& now) {
 }
 
 // Changes between suppressed and normal get no line: a loop in manual would fill the journal.
-bool worth_a_line(const model::AlarmTransition& t) noexcept {
+bool worth_a_line(const alarm::AlarmTransition& t) noexcept {
   const auto quiet = [](AlarmState s) {
     return s == AlarmState::normal || s == AlarmState::suppressed;
   };
@@ -36,7 +35,7 @@ bool worth_a_line(const model::AlarmTransition& t) noexcept {
 
 }  // namespace
 
-JournaledAlarms::JournaledAlarms(SupervisedLoop loop, const model::AlarmSettings& settings,
+JournaledAlarms::JournaledAlarms(SupervisedLoop loop, const alarm::AlarmSettings& settings,
                                  journal::Journal& journal, std::function<std::int64_t()> utc_ms)
     : name_(std::move(loop.name)),
       pv_unit_(std::move(loop.pv_unit)),
@@ -45,14 +44,14 @@ JournaledAlarms::JournaledAlarms(SupervisedLoop loop, const model::AlarmSettings
       snapshot_(settings, loop.period_s) {
   for (const AlarmKind kind : loop.fitted) snapshot_.alarms.fit(kind);
   for (const auto& [kind, priority] : loop.priority) {
-    snapshot_.priority[model::index_of(kind)] = priority;
+    snapshot_.priority[alarm::index_of(kind)] = priority;
   }
 }
 
 void JournaledAlarms::restore(const journal::AlarmStates& states) {
   const std::lock_guard lock(mutex_);
-  for (const AlarmKind kind : model::kAlarmKinds) {
-    const auto found = states.memories.find({name_, model::to_text(kind)});
+  for (const AlarmKind kind : alarm::kAlarmKinds) {
+    const auto found = states.memories.find({name_, alarm::to_text(kind)});
     if (found != states.memories.end()) snapshot_.alarms.restore(kind, found->second);
   }
   const auto incident = states.incidents.find(name_);
@@ -66,12 +65,12 @@ void JournaledAlarms::restore(const Explanation& explanation) {
 
 void JournaledAlarms::keep(const Explanation& explanation) {
   snapshot_.explanation = std::make_shared<const Explanation>(explanation);
-  snapshot_.explanations[model::index_of(explanation.alarm)] = snapshot_.explanation;
+  snapshot_.explanations[alarm::index_of(explanation.alarm)] = snapshot_.explanation;
 }
 
-void JournaledAlarms::take_measures(const model::WindowMeasures& measures) {
+void JournaledAlarms::take_measures(const alarm::WindowMeasures& measures) {
   snapshot_.measures = measures;
-  snapshot_.stick_seen = model::shows_stick(measures) ||
+  snapshot_.stick_seen = alarm::shows_stick(measures) ||
                          (snapshot_.stick_seen && snapshot_.incident.incident().open());
 }
 
@@ -79,9 +78,9 @@ bool JournaledAlarms::of_incident(const Explanation& explanation) const {
   return snapshot_.incident.incident().covers(explanation.raised_ms, now_ms());
 }
 
-std::vector<AlarmKind> JournaledAlarms::window_judged(const model::WindowMeasures& measures,
-                                                      const model::WindowJudgement& judgement,
-                                                      const model::AlarmConditions& conditions) {
+std::vector<AlarmKind> JournaledAlarms::window_judged(const alarm::WindowMeasures& measures,
+                                                      const alarm::WindowJudgement& judgement,
+                                                      const alarm::AlarmConditions& conditions) {
   const std::lock_guard lock(mutex_);
   const Memories before = memories();
   ++snapshot_.windows;
@@ -96,15 +95,15 @@ std::vector<AlarmKind> JournaledAlarms::window_judged(const model::WindowMeasure
 
 std::vector<AlarmKind> JournaledAlarms::raised_since(const Memories& before) const {
   std::vector<AlarmKind> raised;
-  for (const AlarmKind kind : model::kAlarmKinds) {
-    const model::AlarmMemory& memory = snapshot_.alarms.alarm(kind).memory();
-    if (memory.times_raised != before[model::index_of(kind)].times_raised) raised.push_back(kind);
+  for (const AlarmKind kind : alarm::kAlarmKinds) {
+    const alarm::AlarmMemory& memory = snapshot_.alarms.alarm(kind).memory();
+    if (memory.times_raised != before[alarm::index_of(kind)].times_raised) raised.push_back(kind);
   }
   return raised;
 }
 
 std::vector<AlarmKind> JournaledAlarms::routine_judged(
-    const model::RoutineWatch::Judgement& judgement, const model::AlarmConditions& conditions) {
+    const watch::RoutineWatch::Judgement& judgement, const alarm::AlarmConditions& conditions) {
   const std::lock_guard lock(mutex_);
   const Memories before = memories();
   snapshot_.source = judgement.source;
@@ -112,15 +111,15 @@ std::vector<AlarmKind> JournaledAlarms::routine_judged(
   const std::string why =
       fmt::format("routine: the last {:.0f} min, probability of a valve effect {:.2f}",
                   judgement.window_s / 60.0, judgement.probability);
-  write_down(before, snapshot_.alarms.judged(now_ms(), conditions, model::AlarmReason::routine),
+  write_down(before, snapshot_.alarms.judged(now_ms(), conditions, alarm::AlarmReason::routine),
              why);
   return raised_since(before);
 }
 
-std::vector<AlarmKind> JournaledAlarms::twin_judged(const model::AlarmConditions& conditions) {
+std::vector<AlarmKind> JournaledAlarms::twin_judged(const alarm::AlarmConditions& conditions) {
   const std::lock_guard lock(mutex_);
   const Memories before = memories();
-  write_down(before, snapshot_.alarms.judged(now_ms(), conditions, model::AlarmReason::twin),
+  write_down(before, snapshot_.alarms.judged(now_ms(), conditions, alarm::AlarmReason::twin),
              "twin: what it predicts of PV no longer comes", "twin: PV comes as it predicts again");
   return raised_since(before);
 }
@@ -128,7 +127,7 @@ std::vector<AlarmKind> JournaledAlarms::twin_judged(const model::AlarmConditions
 void JournaledAlarms::process_changed(std::span<const ProcessNews> news) {
   const std::lock_guard lock(mutex_);
   const Memories before = memories();
-  std::vector<model::ProcessChange> changes;
+  std::vector<alarm::ProcessChange> changes;
   for (const ProcessNews& one : news) changes.push_back(one.change);
   write_down(before, snapshot_.alarms.process_changed(now_ms(), changes), {}, {}, news);
 }
@@ -145,10 +144,10 @@ void JournaledAlarms::pv_lost(bool lost) {
   write_down(before, snapshot_.alarms.pv_lost(lost));
 }
 
-void JournaledAlarms::set_flaps(const model::ProcessWatch& process) {
+void JournaledAlarms::set_flaps(const alarm::ProcessWatch& process) {
   const std::lock_guard lock(mutex_);
-  for (const AlarmKind kind : model::kProcessAlarms) {
-    snapshot_.flaps[model::index_of(kind)] = process.flaps(kind);
+  for (const AlarmKind kind : alarm::kProcessAlarms) {
+    snapshot_.flaps[alarm::index_of(kind)] = process.flaps(kind);
   }
 }
 
@@ -156,8 +155,8 @@ void JournaledAlarms::explained(const Explanation& found) {
   const std::lock_guard lock(mutex_);
   Explanation explanation = found;
   // Without this effect the explanation does not rename the alarm.
-  if (model::refuted(found.effect, snapshot_.stick_seen)) explanation.final_name.reset();
-  const auto before_it = snapshot_.explanations[model::index_of(explanation.alarm)];
+  if (alarm::refuted(found.effect, snapshot_.stick_seen)) explanation.final_name.reset();
+  const auto before_it = snapshot_.explanations[alarm::index_of(explanation.alarm)];
   keep(explanation);
   if (!before_it || !same_name(*before_it, explanation)) journal_explanation(explanation);
   write_incident(snapshot_.incident.explained(
@@ -185,7 +184,7 @@ void JournaledAlarms::journal_explanation(const Explanation& explanation) {
   line.kind = JournalEntry::Kind::system;
   line.utc_ms = now_ms();
   line.loop = name_;
-  line.alarm = model::to_text(explanation.alarm);
+  line.alarm = alarm::to_text(explanation.alarm);
   line.what = "explanation";
   line.new_value = explanation.effect.empty() ? explanation.verdict : explanation.effect;
   if (std::isfinite(explanation.size_percent)) {
@@ -199,8 +198,8 @@ void JournaledAlarms::journal_explanation(const Explanation& explanation) {
   journal_.post(std::move(line));
 }
 
-void JournaledAlarms::window_not_fit(const model::WindowMeasures& measures, WindowState why,
-                                     const model::WindowJudgement& judgement) {
+void JournaledAlarms::window_not_fit(const alarm::WindowMeasures& measures, WindowState why,
+                                     const alarm::WindowJudgement& judgement) {
   const std::lock_guard lock(mutex_);
   ++snapshot_.windows;
   ++snapshot_.windows_suppressed;
@@ -220,9 +219,9 @@ void JournaledAlarms::suppressed(WindowState why) {
   write_down(before, snapshot_.alarms.window_not_valid());
 }
 
-void JournaledAlarms::set_progress(const model::ModeTimes& times,
+void JournaledAlarms::set_progress(const watch::ModeTimes& times,
                                    const analysis::ConditionIndices& condition, WindowState state,
-                                   const model::RoutineWatch::Levels& routine) {
+                                   const watch::RoutineWatch::Levels& routine) {
   const std::lock_guard lock(mutex_);
   snapshot_.times = times;
   snapshot_.condition = condition;
@@ -235,8 +234,8 @@ void JournaledAlarms::controller_not_watched(std::string why) {
   snapshot_.controller_not_watched = std::move(why);
 }
 
-void JournaledAlarms::set_twin_remarks(const model::TwinRemarks& remarks, double passed_s) {
-  using Kind = model::TwinNews::Kind;
+void JournaledAlarms::set_twin_remarks(const watch::TwinRemarks& remarks, double passed_s) {
+  using Kind = watch::TwinNews::Kind;
   const std::lock_guard lock(mutex_);
   snapshot_.twin = remarks;
   const std::optional<Kind> news = twin_news_.add(remarks, passed_s);
@@ -255,7 +254,7 @@ void JournaledAlarms::set_twin_remarks(const model::TwinRemarks& remarks, double
     case Kind::load_back: line.new_value = "load back"; break;
     case Kind::not_judged:
       line.new_value = "not judged here";
-      line.reason = remarks.judging == model::Judging::outside
+      line.reason = remarks.judging == watch::Judging::outside
                         ? "PV or CO is where the healthy record never was"
                         : "PV and CO don't stay long enough where the healthy record was";
       break;
@@ -267,7 +266,7 @@ void JournaledAlarms::set_twin_remarks(const model::TwinRemarks& remarks, double
 void JournaledAlarms::forget_stick() {
   const std::lock_guard lock(mutex_);
   snapshot_.measures.stick_percent = 0.0;
-  snapshot_.measures.stick_source = model::StickSource::none;
+  snapshot_.measures.stick_source = alarm::StickSource::none;
 }
 
 void JournaledAlarms::pass_time() {
@@ -278,14 +277,14 @@ void JournaledAlarms::pass_time() {
   write_down(before, snapshot_.alarms.pass_time(now_ms()));
 }
 
-model::Veto JournaledAlarms::veto() const {
+alarm::Veto JournaledAlarms::veto() const {
   const std::lock_guard lock(mutex_);
   return snapshot_.veto;
 }
 
 JournaledAlarms::Sticks JournaledAlarms::sticks() const {
   const std::lock_guard lock(mutex_);
-  const model::Alarm& alarm = snapshot_.alarms.alarm(AlarmKind::stiction);
+  const alarm::Alarm& alarm = snapshot_.alarms.alarm(AlarmKind::stiction);
   if (!alarm.active() || alarm.is_consequence()) return {};
   const auto& newest = snapshot_.explanation;
   const std::int64_t now_ms = utc_ms_();
@@ -301,14 +300,14 @@ bool JournaledAlarms::take_begin_request() {
   return std::exchange(snapshot_.ordered, false);
 }
 
-void JournaledAlarms::set_corrective_state(model::CorrectiveState state) {
+void JournaledAlarms::set_corrective_state(alarm::CorrectiveState state) {
   const std::lock_guard lock(mutex_);
   snapshot_.corrective = state;
 }
 
 bool JournaledAlarms::stiction_is_on() const {
   const std::lock_guard lock(mutex_);
-  const model::Alarm& alarm = snapshot_.alarms.alarm(AlarmKind::stiction);
+  const alarm::Alarm& alarm = snapshot_.alarms.alarm(AlarmKind::stiction);
   return alarm.active() && !alarm.is_consequence();
 }
 
@@ -331,8 +330,8 @@ std::uint64_t JournaledAlarms::changes() const {
 
 JournaledAlarms::Memories JournaledAlarms::memories() const {
   Memories all;
-  for (const AlarmKind kind : model::kAlarmKinds) {
-    all[model::index_of(kind)] = snapshot_.alarms.alarm(kind).memory();
+  for (const AlarmKind kind : alarm::kAlarmKinds) {
+    all[alarm::index_of(kind)] = snapshot_.alarms.alarm(kind).memory();
   }
   return all;
 }
@@ -342,21 +341,21 @@ std::uint64_t JournaledAlarms::write_down(const Memories& before,
                                           const std::string& why, const std::string& why_gone,
                                           std::span<const ProcessNews> news) {
   std::uint64_t ticket = 0;
-  for (const AlarmKind kind : model::kAlarmKinds) {
-    const model::Alarm& alarm = snapshot_.alarms.alarm(kind);
-    const model::AlarmMemory& was = before[model::index_of(kind)];
+  for (const AlarmKind kind : alarm::kAlarmKinds) {
+    const alarm::Alarm& alarm = snapshot_.alarms.alarm(kind);
+    const alarm::AlarmMemory& was = before[alarm::index_of(kind)];
     JournalEntry entry;
     entry.kind = JournalEntry::Kind::alarm;
     entry.utc_ms = now_ms();
     entry.loop = name_;
-    entry.alarm = model::to_text(kind);
+    entry.alarm = alarm::to_text(kind);
     bool line = false;
-    for (const model::AlarmTransition& t : transitions.view()) {
+    for (const alarm::AlarmTransition& t : transitions.view()) {
       if (t.kind != kind || !worth_a_line(t)) continue;
       line = true;
-      entry.from = model::to_text(t.from);
-      entry.to = model::to_text(t.to);
-      if (model::has_size(kind)) entry.severity_percent = t.severity_percent;
+      entry.from = alarm::to_text(t.from);
+      entry.to = alarm::to_text(t.to);
+      if (alarm::has_size(kind)) entry.severity_percent = t.severity_percent;
       const bool gone = !alarm.active() && !why_gone.empty();
       entry.reason = gone ? why_gone : why;
       if (t.from == AlarmState::suppressed && !news.empty()) {
@@ -368,9 +367,9 @@ std::uint64_t JournaledAlarms::write_down(const Memories& before,
     }
     const auto cause = snapshot_.alarms.cause_of(kind);
     if (cause && alarm.active())
-      entry.what = fmt::format("consequence of {}", model::to_text(*cause));
+      entry.what = fmt::format("consequence of {}", alarm::to_text(*cause));
     if (!line && !remembered_otherwise(was, alarm.memory())) continue;
-    if (!line) entry.from = entry.to = model::to_text(alarm.state());
+    if (!line) entry.from = entry.to = alarm::to_text(alarm.state());
     entry.memory = alarm.memory();
     ticket = journal_.post(std::move(entry));
   }
@@ -382,18 +381,18 @@ std::uint64_t JournaledAlarms::follow_incident() {
   return write_incident(snapshot_.incident.follow(now_ms(), snapshot_.alarms));
 }
 
-std::uint64_t JournaledAlarms::write_incident(const model::LoopIncident::Changes& changes) {
+std::uint64_t JournaledAlarms::write_incident(const alarm::LoopIncident::Changes& changes) {
   std::uint64_t ticket = 0;
-  const model::Incident& incident = snapshot_.incident.incident();
-  for (const model::IncidentChange& change : changes) {
+  const alarm::Incident& incident = snapshot_.incident.incident();
+  for (const alarm::IncidentChange& change : changes) {
     JournalEntry entry;
     entry.kind = JournalEntry::Kind::system;
     entry.utc_ms = now_ms();
     entry.loop = name_;
-    entry.what = fmt::format("incident {}", model::to_text(change.kind));
-    using Kind = model::IncidentChange::Kind;
+    entry.what = fmt::format("incident {}", alarm::to_text(change.kind));
+    using Kind = alarm::IncidentChange::Kind;
     if (change.kind == Kind::opened || change.kind == Kind::joined) {
-      entry.alarm = model::to_text(change.alarm);
+      entry.alarm = alarm::to_text(change.alarm);
     }
     entry.old_value = change.from;
     entry.new_value = incident.name;

@@ -16,7 +16,7 @@
 #include "daemon/supervision/alarm_snapshot.hpp"
 #include "daemon/supervision/explanation.hpp"
 #include "daemon/supervision/window_log.hpp"
-#include "model/monitor/process_watch.hpp"
+#include "model/alarm/process_watch.hpp"
 
 namespace loopwarden::daemon::supervision {
 
@@ -26,28 +26,28 @@ struct SupervisedLoop {
   double period_s = 0.1;
   std::string pv_unit{};
   // Process alarms in addition to those that every loop has.
-  std::vector<monitor::AlarmKind> fitted{};
+  std::vector<alarm::AlarmKind> fitted{};
   // Alarms without an entry have their usual priority.
-  std::map<monitor::AlarmKind, monitor::Priority> priority{};
+  std::map<alarm::AlarmKind, alarm::Priority> priority{};
 };
 
 // A changed condition of a process alarm; `why` is for the journal.
 struct ProcessNews {
-  monitor::ProcessChange change;
+  alarm::ProcessChange change;
   std::string why;
 };
 
-using AlarmCommand = AlarmCommandOf<monitor::AlarmKind>;
+using AlarmCommand = AlarmCommandOf<alarm::AlarmKind>;
 
 // The alarms, the incident and the explanations of one loop. Each change gets a line in the
 // journal, in the order of the changes. Any thread; no function waits for the disk: actions return
 // the journal's ticket, with which the caller waits.
 class JournaledAlarms {
  public:
-  using AlarmKinds = std::vector<monitor::AlarmKind>;
+  using AlarmKinds = std::vector<alarm::AlarmKind>;
 
   // `utc_ms` returns the present time, ms since 1970.
-  JournaledAlarms(SupervisedLoop loop, const monitor::AlarmSettings& settings,
+  JournaledAlarms(SupervisedLoop loop, const alarm::AlarmSettings& settings,
                   journal::Journal& journal, std::function<std::int64_t()> utc_ms);
   JournaledAlarms(const JournaledAlarms&) = delete;
   JournaledAlarms& operator=(const JournaledAlarms&) = delete;
@@ -58,28 +58,28 @@ class JournaledAlarms {
 
   // --- results of the detectors ---
   // Each returns the alarms that the result raised.
-  AlarmKinds window_judged(const monitor::WindowMeasures& measures,
-                           const monitor::WindowJudgement& judgement,
-                           const monitor::AlarmConditions& conditions);
-  AlarmKinds routine_judged(const monitor::RoutineWatch::Judgement& judgement,
-                            const monitor::AlarmConditions& conditions);
-  AlarmKinds twin_judged(const monitor::AlarmConditions& conditions);
+  AlarmKinds window_judged(const alarm::WindowMeasures& measures,
+                           const alarm::WindowJudgement& judgement,
+                           const alarm::AlarmConditions& conditions);
+  AlarmKinds routine_judged(const watch::RoutineWatch::Judgement& judgement,
+                            const alarm::AlarmConditions& conditions);
+  AlarmKinds twin_judged(const alarm::AlarmConditions& conditions);
   // `news`: all changes of one cycle.
   void process_changed(std::span<const ProcessNews> news);
   void deviation_rests(bool rests);
   void pv_lost(bool lost);
-  void set_flaps(const monitor::ProcessWatch& process);
+  void set_flaps(const alarm::ProcessWatch& process);
   // A full window could not be judged, or its judgement reports too little movement.
-  void window_not_fit(const monitor::WindowMeasures& measures, monitor::WindowState why,
-                      const monitor::WindowJudgement& judgement = {});
+  void window_not_fit(const alarm::WindowMeasures& measures, alarm::WindowState why,
+                      const alarm::WindowJudgement& judgement = {});
   // No window can be gathered at present.
-  void interrupted(monitor::WindowState why);
+  void interrupted(alarm::WindowState why);
   // `state`: of the window that is being gathered; valid keeps the state of the newest window.
-  void set_progress(const monitor::ModeTimes& times, const analysis::ConditionIndices& condition,
-                    monitor::WindowState state, const monitor::RoutineWatch::Levels& routine = {});
+  void set_progress(const watch::ModeTimes& times, const analysis::ConditionIndices& condition,
+                    alarm::WindowState state, const watch::RoutineWatch::Levels& routine = {});
   void controller_not_watched(std::string why);
   // `passed_s`: time of the loop since the last call.
-  void set_twin_remarks(const monitor::TwinRemarks& remarks, double passed_s);
+  void set_twin_remarks(const watch::TwinRemarks& remarks, double passed_s);
   // The valve has changed after the stick of the newest window was measured.
   void forget_stick();
   void pass_time();
@@ -88,7 +88,7 @@ class JournaledAlarms {
   void explained(const Explanation& explanation);
 
   // --- corrective action ---
-  monitor::Veto veto() const;
+  alarm::Veto veto() const;
   // True if the stiction alarm is on and no consequence of another alarm.
   bool stiction_is_on() const;
   struct Sticks {
@@ -98,11 +98,11 @@ class JournaledAlarms {
   Sticks sticks() const;
   // Returns true once after an operator began the offered action.
   bool take_begin_request();
-  void set_corrective_state(monitor::CorrectiveState state);
+  void set_corrective_state(alarm::CorrectiveState state);
 
   // --- operators ---
   // Refused if the loop has no corrective action. The supervisor obeys in its next turn.
-  CommandResult set_veto(monitor::Veto veto, const std::string& peer, const std::string& reason);
+  CommandResult set_veto(alarm::Veto veto, const std::string& peer, const std::string& reason);
   // Refused unless corrective action offers an action.
   CommandResult begin_offered(const std::string& peer, const std::string& reason);
   CommandResult act(const AlarmCommand& command);
@@ -112,7 +112,7 @@ class JournaledAlarms {
                                      const std::string& reason);
   // Acknowledges all unacknowledged alarms of `kinds` and adds them to `acknowledged`. Returns the
   // ticket of the journal's last line; 0 without a line.
-  std::uint64_t acknowledge(std::span<const monitor::AlarmKind> kinds, const std::string& peer,
+  std::uint64_t acknowledge(std::span<const alarm::AlarmKind> kinds, const std::string& peer,
                             const std::string& reason, AlarmKinds& acknowledged);
 
   // --- readers ---
@@ -131,22 +131,22 @@ class JournaledAlarms {
   std::uint64_t post(journal::JournalEntry line);
 
  private:
-  using Memories = std::array<monitor::AlarmMemory, monitor::kAlarmKindCount>;
+  using Memories = std::array<alarm::AlarmMemory, alarm::kAlarmKindCount>;
   Memories memories() const;
   void keep(const Explanation& explanation);
-  void take_measures(const monitor::WindowMeasures& measures);
+  void take_measures(const alarm::WindowMeasures& measures);
   // False for an explanation of an earlier incident that ended late.
   bool of_incident(const Explanation& explanation) const;
-  void suppressed(monitor::WindowState why);
+  void suppressed(alarm::WindowState why);
   // Journals the changes of an event, with the reason for a raised or a cleared alarm. Returns the
   // ticket of the last line.
-  std::uint64_t write_down(const Memories& before, const monitor::AlarmTransitions& transitions,
+  std::uint64_t write_down(const Memories& before, const alarm::AlarmTransitions& transitions,
                            const std::string& why = {}, const std::string& why_gone = {},
                            std::span<const ProcessNews> news = {});
   void journal_explanation(const Explanation& explanation);
   // Journals the changes of the incident. Returns the ticket of the last line; 0 without a change.
   std::uint64_t follow_incident();
-  std::uint64_t write_incident(const monitor::LoopIncident::Changes& changes);
+  std::uint64_t write_incident(const alarm::LoopIncident::Changes& changes);
   AlarmKinds raised_since(const Memories& before) const;
   CommandResult act_locked(const AlarmCommand& command);
 
@@ -157,7 +157,7 @@ class JournaledAlarms {
   mutable std::mutex mutex_;
   AlarmSnapshot snapshot_;
   WindowLog windows_;
-  monitor::TwinNews twin_news_;
+  watch::TwinNews twin_news_;
   std::uint64_t changes_ = 0;
 };
 

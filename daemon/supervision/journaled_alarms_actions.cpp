@@ -10,10 +10,9 @@
 
 namespace loopwarden::daemon::supervision {
 
-namespace model = loopwarden::monitor;
+using alarm::AlarmAction;
+using alarm::AlarmKind;
 using journal::JournalEntry;
-using model::AlarmAction;
-using model::AlarmKind;
 
 CommandResult JournaledAlarms::act(const AlarmCommand& command) {
   const std::lock_guard lock(mutex_);
@@ -22,16 +21,16 @@ CommandResult JournaledAlarms::act(const AlarmCommand& command) {
 
 CommandResult JournaledAlarms::act_locked(const AlarmCommand& command) {
   CommandResult result;
-  model::LoopAlarms& alarms = snapshot_.alarms;
+  alarm::LoopAlarms& alarms = snapshot_.alarms;
   if (!alarms.fitted(command.kind)) {
     result.why =
-        fmt::format("{} has no alarm {}: its file gives none", name_, model::to_text(command.kind));
+        fmt::format("{} has no alarm {}: its file gives none", name_, alarm::to_text(command.kind));
     return result;
   }
   const std::int64_t now_ms = utc_ms_();
   const Memories before = memories();
   const auto done = alarms.act(command.kind, command.action, now_ms, now_ms + command.shelve_ms);
-  const model::Alarm& alarm = alarms.alarm(command.kind);
+  const alarm::Alarm& alarm = alarms.alarm(command.kind);
   result.accepted = done.accepted;
   if (!done.accepted) result.why = why_refused(command, name_, alarm);
   const std::uint64_t ordered =
@@ -44,14 +43,14 @@ CommandResult JournaledAlarms::act_locked(const AlarmCommand& command) {
 CommandResult JournaledAlarms::acknowledge_incident(const std::string& id, const std::string& peer,
                                                     const std::string& reason) {
   const std::lock_guard lock(mutex_);
-  const model::Incident incident = snapshot_.incident.incident();
+  const alarm::Incident incident = snapshot_.incident.incident();
   CommandResult done;
   if (!incident.there() || journal::incident_id(name_, incident) != id) {
     done.why = fmt::format("{} has no incident '{}'; its newest is {}", name_, id,
                            incident.there() ? journal::incident_id(name_, incident) : "none");
     return done;
   }
-  for (const AlarmKind kind : model::kValveAlarms) {
+  for (const AlarmKind kind : alarm::kValveAlarms) {
     if (!incident.has(kind) || !snapshot_.alarms.alarm(kind).unacknowledged()) continue;
     const CommandResult one = act_locked({kind, AlarmAction::acknowledge, 0, peer, reason});
     done.accepted = done.accepted || one.accepted;
@@ -76,14 +75,14 @@ std::uint64_t JournaledAlarms::acknowledge(std::span<const AlarmKind> kinds,
   return ticket;
 }
 
-CommandResult JournaledAlarms::set_veto(model::Veto veto, const std::string& peer,
+CommandResult JournaledAlarms::set_veto(alarm::Veto veto, const std::string& peer,
                                         const std::string& reason) {
   CommandResult result;
   const std::lock_guard lock(mutex_);
   // A Modbus master repeats its writes: no line without a change.
-  if (snapshot_.veto == veto && snapshot_.corrective != model::CorrectiveState::off)
+  if (snapshot_.veto == veto && snapshot_.corrective != alarm::CorrectiveState::off)
     return {true, {}, 0};
-  result.accepted = snapshot_.corrective != model::CorrectiveState::off;
+  result.accepted = snapshot_.corrective != alarm::CorrectiveState::off;
   if (!result.accepted) {
     result.why = name_ + " has no corrective action (monitor.corrective_action)";
   }
@@ -92,7 +91,7 @@ CommandResult JournaledAlarms::set_veto(model::Veto veto, const std::string& pee
   entry.utc_ms = now_ms();
   entry.loop = name_;
   entry.peer = peer;
-  entry.what = veto != model::Veto::none ? "veto of corrective action" : "veto lifted";
+  entry.what = veto != alarm::Veto::none ? "veto of corrective action" : "veto lifted";
   entry.reason = reason;
   entry.result = result.accepted ? "done" : "refused: " + result.why;
   if (result.accepted) snapshot_.veto = veto;
@@ -104,10 +103,10 @@ CommandResult JournaledAlarms::set_veto(model::Veto veto, const std::string& pee
 CommandResult JournaledAlarms::begin_offered(const std::string& peer, const std::string& reason) {
   CommandResult result;
   const std::lock_guard lock(mutex_);
-  result.accepted = snapshot_.corrective == model::CorrectiveState::offered;
+  result.accepted = snapshot_.corrective == alarm::CorrectiveState::offered;
   if (!result.accepted) {
     result.why = fmt::format("corrective action of {} is {}: it offers nothing", name_,
-                             model::to_text(snapshot_.corrective));
+                             alarm::to_text(snapshot_.corrective));
   }
   JournalEntry entry;
   entry.kind = JournalEntry::Kind::operator_action;

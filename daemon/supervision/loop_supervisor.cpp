@@ -11,12 +11,11 @@
 
 namespace loopwarden::daemon::supervision {
 
-namespace model = loopwarden::monitor;
 using record::RecordRow;
 
 namespace {
 
-model::Cycle cycle_of(const RecordRow& row) {
+watch::Cycle cycle_of(const RecordRow& row) {
   return {.period_index = row.period_index,
           .sp = row.sp,
           .pv = row.pv,
@@ -41,7 +40,7 @@ bool is_silence(hal::Reason reason) {
   }
 }
 
-model::ProcessCycle process_cycle_of(const RecordRow& row) {
+alarm::ProcessCycle process_cycle_of(const RecordRow& row) {
   const auto quality = static_cast<hal::Quality>(row.pv_quality);
   return {.period_index = row.period_index,
           .sp = row.sp,
@@ -69,7 +68,7 @@ void LoopSupervisor::watch(const MonitoredLoop& loop, Raised raised) {
                  : std::make_unique<History>(loop.history_s, loop.twin->sample_time_s);
   corrective_ = std::make_unique<CorrectiveControl>(loop.corrective, loop.channels, loop.twin,
                                                     loop.window.sample_time_s, alarms_);
-  if (const model::ControllerWatch* controller = detectors_->monitor.controller()) {
+  if (const watch::ControllerWatch* controller = detectors_->monitor.controller()) {
     alarms_.controller_not_watched(controller->why_not());
   }
   restore_detectors();
@@ -77,9 +76,9 @@ void LoopSupervisor::watch(const MonitoredLoop& loop, Raised raised) {
 
 void LoopSupervisor::restore_detectors() {
   const AlarmSnapshot known = alarms_.snapshot();
-  for (const model::AlarmKind kind : model::kAlarmKinds) {
-    const model::Alarm& alarm = known.alarms.alarm(kind);
-    if (model::is_process_alarm(kind)) {
+  for (const alarm::AlarmKind kind : alarm::kAlarmKinds) {
+    const alarm::Alarm& alarm = known.alarms.alarm(kind);
+    if (alarm::is_process_alarm(kind)) {
       detectors_->process.restore(kind, alarm.active());
     } else {
       detectors_->monitor.restore(kind, alarm.active(), alarm.memory().severity_percent);
@@ -95,15 +94,15 @@ LoopSupervisor::Turn LoopSupervisor::take_turn() {
   RecordRow row;
   while (turn.cycles < kCyclesATurn && !judged && cycles_->try_pop(row)) {
     ++turn.cycles;
-    const model::MonitorStep result = step(row);
+    const watch::MonitorStep result = step(row);
     judged = use_window(result);
     if (judged) ++turn.windows;
     if (result.twin) {
-      report_raised(alarms_.twin_judged(result.conditions), result, model::AlarmReason::twin);
+      report_raised(alarms_.twin_judged(result.conditions), result, alarm::AlarmReason::twin);
     }
     if (result.routine) {
       report_raised(alarms_.routine_judged(*result.routine, result.conditions), result,
-                    model::AlarmReason::routine);
+                    alarm::AlarmReason::routine);
       judged = true;  // it took as long as a window
     }
   }
@@ -112,17 +111,17 @@ LoopSupervisor::Turn LoopSupervisor::take_turn() {
   return turn;
 }
 
-model::MonitorStep LoopSupervisor::step(const RecordRow& row) {
+watch::MonitorStep LoopSupervisor::step(const RecordRow& row) {
   Detectors& d = *detectors_;
   const bool at_limit = (row.flags & (record::kAtLow | record::kAtHigh)) != 0;
   d.times.add(static_cast<control::Mode>(row.mode), at_limit);
   watch_process(row);
-  const model::Cycle cycle = cycle_of(row);
+  const watch::Cycle cycle = cycle_of(row);
   d.condition.add(cycle,
                   {.pv_bad = static_cast<hal::Quality>(row.pv_quality) == hal::Quality::bad,
                    .pv_frozen = is_frozen(row),
                    .cycle_bad = (row.flags & (record::kLateCycle | record::kOutputLost)) != 0});
-  model::MonitorStep result = d.monitor.add(cycle);
+  watch::MonitorStep result = d.monitor.add(cycle);
   if (history_) {
     history_->add(cycle);
     if (d.monitor.twin_quiet()) history_->quiet();
@@ -135,7 +134,7 @@ model::MonitorStep LoopSupervisor::step(const RecordRow& row) {
 
 void LoopSupervisor::watch_process(const RecordRow& row) {
   Detectors& d = *detectors_;
-  const model::ProcessChanges changes = d.process.add(process_cycle_of(row));
+  const alarm::ProcessChanges changes = d.process.add(process_cycle_of(row));
   // First, because other changes of the same cycle may follow from it.
   if (const bool lost = d.process.pv_lost(); lost != d.pv_lost) {
     alarms_.pv_lost(lost);
@@ -143,21 +142,21 @@ void LoopSupervisor::watch_process(const RecordRow& row) {
   }
   if (!changes.view().empty()) {
     std::vector<ProcessNews> news;
-    for (const model::ProcessChange& change : changes.view()) {
+    for (const alarm::ProcessChange& change : changes.view()) {
       news.push_back({change, why_changed(change, row, d.process_settings, d.pv_unit)});
     }
     alarms_.process_changed(news);
   }
   const bool rests = d.process.deviation_rests();
-  if (rests != d.deviation_rests && d.process_settings.at(model::AlarmKind::deviation).fitted) {
+  if (rests != d.deviation_rests && d.process_settings.at(alarm::AlarmKind::deviation).fitted) {
     alarms_.deviation_rests(rests);
     d.deviation_rests = rests;
   }
 }
 
-bool LoopSupervisor::use_window(const model::MonitorStep& step) {
-  using Kind = model::MonitorStep::Kind;
-  model::ConditionWatch& condition = detectors_->condition;
+bool LoopSupervisor::use_window(const watch::MonitorStep& step) {
+  using Kind = watch::MonitorStep::Kind;
+  watch::ConditionWatch& condition = detectors_->condition;
   switch (step.kind) {
     case Kind::nothing: return false;
     case Kind::interrupted:
@@ -173,9 +172,9 @@ bool LoopSupervisor::use_window(const model::MonitorStep& step) {
       condition.window(step.measures, &step.conditions);
       const JournaledAlarms::AlarmKinds raised =
           alarms_.window_judged(condition.told(step.measures), step.judgement, step.conditions);
-      report_raised(raised, step, model::AlarmReason::windows);
+      report_raised(raised, step, alarm::AlarmReason::windows);
       corrective_->follow_step(step, std::find(raised.begin(), raised.end(),
-                                               model::AlarmKind::stiction) != raised.end());
+                                               alarm::AlarmKind::stiction) != raised.end());
       break;
     }
   }
@@ -183,9 +182,9 @@ bool LoopSupervisor::use_window(const model::MonitorStep& step) {
 }
 
 void LoopSupervisor::report_raised(const JournaledAlarms::AlarmKinds& alarms,
-                                   const model::MonitorStep& step, model::AlarmReason reason) {
+                                   const watch::MonitorStep& step, alarm::AlarmReason reason) {
   if (!raised_) return;
-  for (const model::AlarmKind alarm : alarms) {
+  for (const alarm::AlarmKind alarm : alarms) {
     raised_(index_, alarm, detectors_->monitor, step, reason);
   }
 }

@@ -12,10 +12,10 @@
 #include "daemon/supervision/corrective_control.hpp"
 #include "daemon/supervision/history.hpp"
 #include "daemon/supervision/journaled_alarms.hpp"
-#include "model/monitor/condition_watch.hpp"
-#include "model/monitor/loop_monitor.hpp"
-#include "model/monitor/mode_times.hpp"
-#include "model/monitor/process_watch.hpp"
+#include "model/watch/condition_watch.hpp"
+#include "model/watch/loop_monitor.hpp"
+#include "model/watch/mode_times.hpp"
+#include "model/alarm/process_watch.hpp"
 #include "record/record_row.hpp"
 
 namespace loopwarden::daemon::supervision {
@@ -23,25 +23,25 @@ namespace loopwarden::daemon::supervision {
 // Detectors of one loop and their inputs. Everything that is pointed to outlives the supervisor.
 struct MonitoredLoop {
   base::SpscRing<record::RecordRow>* cycles = nullptr;
-  monitor::WindowSettings window;
-  monitor::WindowJudge* judge = nullptr;  // null: only the classical measures
+  watch::WindowSettings window;
+  alarm::WindowJudge* judge = nullptr;  // null: only the classical measures
   // Null: no alarm model_gap. Read during construction only.
   const plant::LoopModel* twin = nullptr;
   double history_s = 0.0;           // for a loop with a twin
   bool foreign_controller = false;  // another program or device controls the loop
-  monitor::VerdictRuleSettings rule;
-  monitor::ProcessSettings process{};
+  alarm::VerdictRuleSettings rule;
+  alarm::ProcessSettings process{};
   std::string pv_unit{};
-  monitor::CorrectiveSettings corrective{};
+  alarm::CorrectiveSettings corrective{};
   CorrectiveChannels channels{};
 };
 
 // Called by the monitor's thread for each valve alarm that the window, the routine judgement or the
 // twin (`reason`) of the newest step of `monitor` raised. Both references are valid during the
 // call.
-using Raised = std::function<void(std::size_t loop, monitor::AlarmKind alarm,
-                                  const monitor::LoopMonitor& monitor,
-                                  const monitor::MonitorStep& step, monitor::AlarmReason reason)>;
+using Raised =
+    std::function<void(std::size_t loop, alarm::AlarmKind alarm, const watch::LoopMonitor& monitor,
+                       const watch::MonitorStep& step, alarm::AlarmReason reason)>;
 
 // Supervises one loop: owns its detectors, its alarms, its incident and its corrective action.
 //
@@ -51,7 +51,7 @@ class LoopSupervisor {
  public:
   static constexpr std::size_t kCyclesATurn = 256;
 
-  LoopSupervisor(std::size_t index, SupervisedLoop loop, const monitor::AlarmSettings& settings,
+  LoopSupervisor(std::size_t index, SupervisedLoop loop, const alarm::AlarmSettings& settings,
                  journal::Journal& journal, std::function<std::int64_t()> utc_ms)
       : index_(index), alarms_(std::move(loop), settings, journal, std::move(utc_ms)) {}
   LoopSupervisor(const LoopSupervisor&) = delete;
@@ -87,22 +87,22 @@ class LoopSupervisor {
           process_settings(loop.process),
           pv_unit(loop.pv_unit),
           times(loop.window.sample_time_s) {}
-    monitor::LoopMonitor monitor;
-    monitor::ConditionWatch condition;
-    monitor::ProcessWatch process;
-    monitor::ProcessSettings process_settings;
+    watch::LoopMonitor monitor;
+    watch::ConditionWatch condition;
+    alarm::ProcessWatch process;
+    alarm::ProcessSettings process_settings;
     std::string pv_unit;
-    monitor::ModeTimes times;
+    watch::ModeTimes times;
     bool deviation_rests = false;  // as the alarms have it
     bool pv_lost = false;          // as the alarms have it
   };
   void restore_detectors();
-  monitor::MonitorStep step(const record::RecordRow& row);
+  watch::MonitorStep step(const record::RecordRow& row);
   void watch_process(const record::RecordRow& row);
   // Returns true if the step was a full window.
-  bool use_window(const monitor::MonitorStep& step);
-  void report_raised(const JournaledAlarms::AlarmKinds& alarms, const monitor::MonitorStep& step,
-                     monitor::AlarmReason reason);
+  bool use_window(const watch::MonitorStep& step);
+  void report_raised(const JournaledAlarms::AlarmKinds& alarms, const watch::MonitorStep& step,
+                     alarm::AlarmReason reason);
   void publish_progress(std::size_t cycles);
 
   std::size_t index_;

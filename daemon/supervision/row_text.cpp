@@ -9,7 +9,6 @@
 
 namespace loopwarden::daemon::supervision {
 
-namespace model = loopwarden::monitor;
 using record::RecordRow;
 
 namespace {
@@ -21,7 +20,7 @@ std::string pv_text(const RecordRow& row) {
   return text + fmt::format(": {}", to_text(static_cast<hal::Reason>(row.pv_reason)));
 }
 
-std::string mode_text(const RecordRow& row, model::NormalMode normal) {
+std::string mode_text(const RecordRow& row, alarm::NormalMode normal) {
   const auto fault = static_cast<control::Fault>(row.fault);
   std::string text = to_text(static_cast<control::Mode>(row.mode));
   if (fault != control::Fault::none) text += fmt::format(" ({})", to_text(fault));
@@ -29,14 +28,14 @@ std::string mode_text(const RecordRow& row, model::NormalMode normal) {
 }
 
 // Returns PV, its limit and the unit.
-std::string limit_text(const model::ProcessChange& change, const RecordRow& row,
-                       const model::LimitSettings& limits, const std::string& unit) {
+std::string limit_text(const alarm::ProcessChange& change, const RecordRow& row,
+                       const alarm::LimitSettings& limits, const std::string& unit) {
   const double limit = limits.at(change.kind).limit;
-  if (change.kind == model::AlarmKind::rate_of_change) {
+  if (change.kind == alarm::AlarmKind::rate_of_change) {
     return fmt::format("PV {:.4g} {} changes {} than {:.4g} {}/s", row.pv, unit,
                        change.on ? "faster" : "no faster", limit, unit);
   }
-  if (change.kind == model::AlarmKind::deviation) {
+  if (change.kind == alarm::AlarmKind::deviation) {
     return fmt::format("PV {:.4g}, SP {:.4g}, limit {:.4g} {}", row.pv, row.sp, limit, unit);
   }
   return fmt::format("PV {:.4g}, limit {:.4g} {}", row.pv, limit, unit);
@@ -44,20 +43,20 @@ std::string limit_text(const model::ProcessChange& change, const RecordRow& row,
 
 }  // namespace
 
-std::string why_changed(const model::ProcessChange& change, const RecordRow& row,
-                        const model::ProcessSettings& settings, const std::string& unit) {
+std::string why_changed(const alarm::ProcessChange& change, const RecordRow& row,
+                        const alarm::ProcessSettings& settings, const std::string& unit) {
   const bool pv_bad = static_cast<hal::Quality>(row.pv_quality) == hal::Quality::bad;
   switch (change.kind) {
-    case model::AlarmKind::output_lost:
+    case alarm::AlarmKind::output_lost:
       if (!change.on) return "commands reach the device";
       return "commands don't reach the device" + (pv_bad ? "; " + pv_text(row) : std::string());
-    case model::AlarmKind::output_unknown:
+    case alarm::AlarmKind::output_unknown:
       return change.on ? "nothing tells where the output stands" : "the output is known";
-    case model::AlarmKind::not_normal_mode: return mode_text(row, settings.normal_mode);
-    case model::AlarmKind::enable_open:
+    case alarm::AlarmKind::not_normal_mode: return mode_text(row, settings.normal_mode);
+    case alarm::AlarmKind::enable_open:
       return change.on ? "the enable contact is open" : "the enable contact is closed";
-    case model::AlarmKind::bad_pv:
-    case model::AlarmKind::source_lost: break;
+    case alarm::AlarmKind::bad_pv:
+    case alarm::AlarmKind::source_lost: break;
     default: return limit_text(change, row, settings.limits, unit);
   }
   return pv_text(row);

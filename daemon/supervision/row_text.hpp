@@ -3,13 +3,13 @@
 
 #include <string>
 
-#include "model/monitor/process_watch.hpp"
+#include "model/alarm/process_watch.hpp"
 #include "record/record_row.hpp"
 
 namespace loopwarden::daemon::supervision {
 
 // Returns the reason of a changed process alarm, from the cycle that changed it. `unit`: of PV.
-std::string why_changed(const monitor::ProcessChange& change, const record::RecordRow& row,
-                        const monitor::ProcessSettings& settings, const std::string& unit);
+std::string why_changed(const alarm::ProcessChange& change, const record::RecordRow& row,
+                        const alarm::ProcessSettings& settings, const std::string& unit);
 
 }  // namespace loopwarden::daemon::supervision

@@ -21,9 +21,9 @@ struct LoggedWindow {
   alarm::WindowState state = alarm::WindowState::valid;
   alarm::WindowJudgement::Result result = alarm::WindowJudgement::Result::no_fault;
   alarm::AlarmKind fault = alarm::AlarmKind::unknown;
-  float severity_percent = 0.0F;                               // % of the CO span
+  float severity_percent = 0.0F;                             // % of the CO span
   std::array<float, alarm::kValveAlarmCount> probability{};  // as in WindowJudgement
-  std::array<float, specialist::kConditions> errors{};         // (% of the CO span)^2
+  std::array<float, specialist::kConditions> errors{};       // (% of the CO span)^2
 };
 
 class WindowLog {

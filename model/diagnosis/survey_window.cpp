@@ -18,7 +18,7 @@ bool known(double v) noexcept { return std::isfinite(v); }
 
 // RMS of white noise on a signal whose own curvature is smaller: median of squares, 0.455 for one
 // degree of freedom.
-double noise_of(std::span<const double> y) {
+double signal_noise(std::span<const double> y) {
   std::vector<double> squares;
   for (std::size_t k = 1; k + 1 < y.size(); ++k) {
     const double d2 = y[k + 1] - 2.0 * y[k] + y[k - 1];

@@ -24,13 +24,13 @@
 namespace loopwarden::tests::plant_day_test {
 namespace {
 
+using alarm::AlarmAction;
+using alarm::AlarmKind;
+using alarm::CorrectiveState;
 using daemon::rt::Command;
 using daemon::rt::JacketMode;
 using daemon::supervision::AlarmRegistry;
 using daemon::supervision::Monitor;
-using alarm::AlarmAction;
-using alarm::AlarmKind;
-using alarm::CorrectiveState;
 using record::RecordRow;
 
 constexpr double kHour = 3600.0;
@@ -113,9 +113,7 @@ class Plant {
     }
     return texts;
   }
-  alarm::AlarmState state(AlarmKind kind) {
-    return board_.snapshot(0).alarms.alarm(kind).state();
-  }
+  alarm::AlarmState state(AlarmKind kind) { return board_.snapshot(0).alarms.alarm(kind).state(); }
   double hour_raised(AlarmKind kind) {
     const daemon::supervision::AlarmSnapshot watch = board_.snapshot(0);
     return static_cast<double>(watch.alarms.alarm(kind).memory().raised_ms - kStart) / 3.6e6;

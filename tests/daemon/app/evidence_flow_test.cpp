@@ -65,8 +65,8 @@ J
     }
   }
   void judge(bool gap) {
-    model::AlarmConditions conditions{};
-    conditions[model::index_of(AlarmKind::model_gap)].on = gap;
+    alarm::AlarmConditions conditions{};
+    conditions[alarm::index_of(AlarmKind::model_gap)].on = gap;
     board.of(0).twin_judged(conditions);
   }
   void raise(EvidenceFlow& flow) {
@@ -100,7 +100,7 @@ J
   std::vector<LoopRuntime> loops{1};
   plant::LoopModel twin;
   std::optional<supervision::History> history{std::in_place, 3300.0, 1.0};
-  model::LoopMonitor monitor{{.sample_time_s = 1.0}, {}, nullptr, &twin};
+  watch::LoopMonitor monitor{{.sample_time_s = 1.0}, {}, nullptr, &twin};
   config::DaemonConfig config;
   config::Specialists specialists;
   journal::Journal journal{{.folder = folder / "journal"}};
@@ -140,7 +140,7 @@ TEST_CASE("an incident is not explained again in the next one", "[explain]") {
   bench.raise(flow);
   REQUIRE(Bench::wait([&] { return bench.board.snapshot(0).explanation != nullptr; }));
   bench.judge(false);
-  bench.now_ms += model::kJoin_ms + model::kQuiet_ms;
+  bench.now_ms += alarm::kJoin_ms + alarm::kQuiet_ms;
   bench.board.of(0).pass_time();
   REQUIRE_FALSE(bench.board.snapshot(0).incident.incident().open());
   bench.judge(true);

@@ -277,7 +277,8 @@ TEST_CASE("a command that was accepted but can't act when the loop takes it is r
   const json sent = bench.ask(R"({"request": "set", "loop": "FIC-101", "output": 45})");
   CHECK(sent.at("ok") == true);
   // A master's command is faster.
-  bench.loops.front().channels->master_commands.commands.try_push({.mode = control::Mode::automatic});
+  bench.loops.front().channels->master_commands.commands.try_push(
+      {.mode = control::Mode::automatic});
   bench.run(1);
   const json outcome = bench.outcome(sent);
   CHECK(outcome.at("state") == "refused");

@@ -507,9 +507,8 @@ TEST_CASE("the newest windows, with the result of each specialist", "[console][w
   bench.board.of(0).window_judged({}, judgement, {});
   bench.now_ms += 48'000;
   bench.board.of(0).window_not_fit({}, alarm::WindowState::saturated);
-  bench.board.of(0).window_not_fit(
-      {}, alarm::WindowState::not_enough_movement,
-      {.result = alarm::WindowJudgement::Result::not_enough_movement});
+  bench.board.of(0).window_not_fit({}, alarm::WindowState::not_enough_movement,
+                                   {.result = alarm::WindowJudgement::Result::not_enough_movement});
   const auto windows = [&] {
     return bench.ask_status(R"({"request": "windows", "loop": "FIC-101"})").at("windows");
   };

@@ -316,7 +316,8 @@ TEST_CASE("a command that the mode forbids gets exception 06, and is refused in 
     refused("not known");
   }
   SECTION("automatic during a fault that ends in manual") {
-    availability = {.mode = control::Mode::manual, .output_known = true, .manual_after_fault = true};
+    availability = {
+        .mode = control::Mode::manual, .output_known = true, .manual_after_fault = true};
     CHECK(bench.write("mode", {1}) == Exception::busy);
     refused("wait in manual");
   }

@@ -155,19 +155,19 @@ std::map<std::string, std::string> answers() {
   bench.board.of(0).window_judged({.oscillation_index = 1.5,
                                    .period_s = 20.0,
                                    .stick_percent = 6.5,
-                                   .stick_source = model::StickSource::read_back},
+                                   .stick_source = alarm::StickSource::read_back},
                                   stiction_seen(), console_bench::stiction_on());
-  bench.board.of(0).set_progress(model::ModeTimes(0.1),
+  bench.board.of(0).set_progress(watch::ModeTimes(0.1),
                                  {.control_performance = 91.0, .valve = 40.5},
-                                 model::WindowState::valid);
+                                 alarm::WindowState::valid);
   bench.board.of(0).controller_not_watched("it is not known");
-  bench.board.of(0).set_twin_remarks({.judging = model::Judging::here,
-                                      .load = model::LoadOutside{.size = 2.5, .since_s = 90.0},
+  bench.board.of(0).set_twin_remarks({.judging = watch::Judging::here,
+                                      .load = watch::LoadOutside{.size = 2.5, .since_s = 90.0},
                                       .untested = {{{60.0, true}, {7200.0, false}}}},
                                      1.0);
   bench.board.of(0).explained(why());
   bench.now_ms += 48'000;
-  bench.board.of(0).window_not_fit({}, model::WindowState::saturated);
+  bench.board.of(0).window_not_fit({}, alarm::WindowState::saturated);
   ask("status", {{"request", "status"}});
   ask("loop", {{"request", "loop"}});
   ask("describe", {{"request", "describe"}});
@@ -189,7 +189,7 @@ std::map<std::string, std::string> answers() {
                         {"reason", "packing"}});
   ask("alarm_refused", {{"request", "alarm"}, {"alarm", "hysteresis"}, {"action", "acknowledge"}});
   bench.board.of(0).process_changed(std::vector<daemon::supervision::ProcessNews>{
-      {{model::AlarmKind::output_lost, true}, "the device is gone"}});
+      {{alarm::AlarmKind::output_lost, true}, "the device is gone"}});
   ask("acknowledge_incident", {{"request", "acknowledge_incident"},
                                {"incident", json::parse(told["loop"]).at("incident").at("id")},
                                {"reason", "seen"}});
@@ -197,7 +197,7 @@ std::map<std::string, std::string> answers() {
   ask("alarm_design", {{"request", "alarm_design"}});
   ask("alarm_figures", {{"request", "alarm_figures"}, {"hours", 1}});
   ask("veto_refused", {{"request", "veto"}, {"veto", true}, {"reason", "no"}});
-  bench.board.of(0).set_corrective_state(model::CorrectiveState::waiting);
+  bench.board.of(0).set_corrective_state(alarm::CorrectiveState::waiting);
   ask("veto", {{"request", "veto"}, {"veto", true}, {"reason", "no"}});
   ask("record_started", {{"request", "record"}, {"start", "trial"}});
   ask("record_stopped", {{"request", "record"}, {"stop", true}});

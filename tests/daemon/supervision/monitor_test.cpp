@@ -26,7 +26,7 @@ using alarm::WindowState;
 using record::RecordRow;
 
 // Returns the judgement that the test sets, and counts its calls.
-class ScriptedJudge final : public model::WindowJudge {
+class ScriptedJudge final : public alarm::WindowJudge {
  public:
   alarm::WindowJudgement judge(const alarm::Window& window) noexcept override {
     ++windows;
@@ -79,12 +79,12 @@ struct Bench {
     }
     journal.open();
     journal.start();
-    board = std::make_unique<AlarmRegistry>(names, model::AlarmSettings{}, journal,
+    board = std::make_unique<AlarmRegistry>(names, alarm::AlarmSettings{}, journal,
                                             [this] { return now_ms; });
     make_monitor();
   }
   // `corrective`: for the first loop.
-  void make_monitor(const model::CorrectiveSettings& corrective = {}) {
+  void make_monitor(const alarm::CorrectiveSettings& corrective = {}) {
     std::vector<MonitoredLoop> monitored;
     for (std::size_t i = 0; i < rings.size(); ++i) {
       monitored.push_back({.cycles = rings[i].get(),
@@ -96,7 +96,7 @@ struct Bench {
     monitored.front().corrective = corrective;
     monitored.front().channels.commands = &desk;
     monitored.front().channels.settings_taken = &settings_taken;
-    if (corrective.form == model::CorrectiveForm::planned_moves) {
+    if (corrective.form == alarm::CorrectiveForm::planned_moves) {
       monitored.front().twin = &twin;
       monitored.front().history_s = 100.0;
       monitored.front().channels.moves_settings = &moves_settings;
@@ -171,7 +171,7 @@ struct Bench {
   }
 
   // For the first loop.
-  model::ProcessSettings process{.normal_mode = model::NormalMode::automatic, .limits = {}};
+  alarm::ProcessSettings process{.normal_mode = alarm::NormalMode::automatic, .limits = {}};
   tests::TemporaryFolder folder;
   std::int64_t now_ms = 1'800'000'000'000;
   journal::Journal journal{{.folder = folder.path()}};
@@ -259,7 +259,7 @@ TEST_CASE("a fault in enough windows is an alarm, and clears when the valve is r
   CHECK(bench.state(AlarmKind::stiction) == AlarmState::unacknowledged);
   CHECK(bench.board->snapshot(0).alarms.alarm(AlarmKind::stiction).memory().severity_percent ==
         6.0);
-  REQUIRE(bench.board->act(0, {AlarmKind::stiction, model::AlarmAction::acknowledge, 0, "me", {}})
+  REQUIRE(bench.board->act(0, {AlarmKind::stiction, alarm::AlarmAction::acknowledge, 0, "me", {}})
               .accepted);
   bench.judges[0]->says = {};
   bench.run(2 * kWindow);
@@ -335,8 +335,8 @@ TEST_CASE("a limit alarm has the limit and PV; a deviation is off in manual", "[
   bench.board = std::make_unique<AlarmRegistry>(
       std::vector<SupervisedLoop>{{.name = "FIC-101",
                                    .fitted = {AlarmKind::pv_high, AlarmKind::deviation},
-                                   .priority = {{AlarmKind::pv_high, model::Priority::critical}}}},
-      model::AlarmSettings{}, bench.journal, [&] { return bench.now_ms; });
+                                   .priority = {{AlarmKind::pv_high, alarm::Priority::critical}}}},
+      alarm::AlarmSettings{}, bench.journal, [&] { return bench.now_ms; });
   bench.make_monitor();
   const auto high = [](RecordRow& row) {
     row.pv = 61.5;
@@ -347,9 +347,9 @@ TEST_CASE("a limit alarm has the limit and PV; a deviation is off in manual", "[
   CHECK(bench.state(AlarmKind::pv_high) == AlarmState::unacknowledged);
   CHECK(bench.reasons(AlarmKind::pv_high) == std::vector<std::string>{"PV 61.5, limit 60 "});
   CHECK(bench.state(AlarmKind::deviation) == AlarmState::unacknowledged);
-  CHECK(bench.board->snapshot(0).priority[model::index_of(AlarmKind::pv_high)] ==
-        model::Priority::critical);
-  CHECK(bench.board->snapshot(0).flaps[model::index_of(AlarmKind::pv_high)] == 1);
+  CHECK(bench.board->snapshot(0).priority[alarm::index_of(AlarmKind::pv_high)] ==
+        alarm::Priority::critical);
+  CHECK(bench.board->snapshot(0).flaps[alarm::index_of(AlarmKind::pv_high)] == 1);
   bench.run_spoilt(610, [&](RecordRow& row) {
     high(row);
     row.mode = static_cast<std::uint8_t>(control::Mode::manual);
@@ -387,7 +387,7 @@ TEST_CASE("the journal has the reason why an alarm was raised or cleared", "[mon
   Bench bench;
   alarm::AlarmConditions conditions{};
   const auto twin = [&](bool on) {
-    conditions[model::index_of(AlarmKind::model_gap)].on = on;
+    conditions[alarm::index_of(AlarmKind::model_gap)].on = on;
     bench.board->of(0).twin_judged(conditions);
   };
   twin(true);
@@ -519,8 +519,8 @@ TEST_CASE("all waiting alarms are acknowledged at once, no other, without waitin
   std::vector<SupervisedLoop> loops;
   for (int i = 0; i < 60; ++i) loops.push_back({"FIC-" + std::to_string(i), 0.1});
   AlarmRegistry board(loops, {}, journal, [] { return std::int64_t{1'800'000'000'000}; });
-  model::AlarmConditions on{};
-  on[model::index_of(AlarmKind::stiction)] = {true, 5.0};
+  alarm::AlarmConditions on{};
+  on[alarm::index_of(AlarmKind::stiction)] = {true, 5.0};
   for (std::size_t i = 1; i < 60; ++i) board.of(i).window_judged({}, {}, on);
   REQUIRE(
       board.act(7, {AlarmKind::stiction, alarm::AlarmAction::shelve, 60'000, "me", {}}).accepted);
@@ -531,7 +531,7 @@ TEST_CASE("all waiting alarms are acknowledged at once, no other, without waitin
   const Acknowledged done = board.acknowledge_all(alarm::kValveAlarms, "10.0.0.7:1000", "seen");
   CHECK(done.alarms.size() == 58);
   for (std::size_t i = 0; i < 60; ++i) {
-    const model::LoopAlarms& alarms = board.snapshot(i).alarms;
+    const alarm::LoopAlarms& alarms = board.snapshot(i).alarms;
     const bool waits =
         std::any_of(alarm::kAlarmKinds.begin(), alarm::kAlarmKinds.end(),
                     [&](alarm::AlarmKind kind) { return alarms.alarm(kind).unacknowledged(); });
@@ -557,9 +557,9 @@ TEST_CASE(
   };
   bench.judges[0]->says = fault(AlarmKind::stiction, 5.0);
   bench.run(2 * kWindow);
-  model::AlarmConditions twin{};
-  twin[model::index_of(AlarmKind::stiction)] = {true, 5.0};
-  twin[model::index_of(AlarmKind::model_gap)] = {true, 0.0};
+  alarm::AlarmConditions twin{};
+  twin[alarm::index_of(AlarmKind::stiction)] = {true, 5.0};
+  twin[alarm::index_of(AlarmKind::model_gap)] = {true, 0.0};
   bench.board->of(0).twin_judged(twin);
   CHECK(incident(*bench.board).has(AlarmKind::stiction));
   CHECK(incident(*bench.board).has(AlarmKind::model_gap));
@@ -607,11 +607,11 @@ TEST_CASE(
     CHECK(incident(board).open());
   }
 
-  bench.now_ms += model::kQuiet_ms + model::kJoin_ms;
+  bench.now_ms += alarm::kQuiet_ms + alarm::kJoin_ms;
   bench.board->of(0).twin_judged({});
   bench.board->of(0).pass_time();
   CHECK(incident(*bench.board).open());
-  bench.now_ms += model::kQuiet_ms;
+  bench.now_ms += alarm::kQuiet_ms;
   bench.board->of(0).pass_time();
   CHECK_FALSE(incident(*bench.board).open());
 }
@@ -670,8 +670,8 @@ TEST_CASE("corrective action: journalled with the loop's answer, and given up if
   };
   const auto corrective = [&] { return bench.board->snapshot(0).corrective; };
   bench.judges[0]->says = fault(AlarmKind::stiction, 6.0);
-  bench.run((2 + model::kBaseline) * kWindow);
-  REQUIRE(corrective() == model::CorrectiveState::trying);
+  bench.run((2 + alarm::kBaseline) * kWindow);
+  REQUIRE(corrective() == alarm::CorrectiveState::trying);
   rt::CommandMailbox& box = bench.box;
   rt::Command order;
   REQUIRE(box.commands.try_pop(order));
@@ -687,7 +687,7 @@ TEST_CASE("corrective action: journalled with the loop's answer, and given up if
               "jacket on: waiting > trying: refused: the loop has no jacket configured",
               "corrective action: trying > given up: done"});
     CHECK_FALSE(box.commands.try_pop(order));
-    bench.run(2 * model::kBaseline * kWindow);
+    bench.run(2 * alarm::kBaseline * kWindow);
     CHECK_FALSE(box.commands.try_pop(order));  // not again for this alarm
   }
   SECTION("done") {
@@ -711,7 +711,7 @@ TEST_CASE("corrective action: journalled with the loop's answer, and given up if
     CHECK(written() == std::vector<std::string>{"jacket on: waiting > trying: done",
                                                 "jacket back to shadow: trying > waiting: done"});
     // The valve still sticks: once more, from a new baseline.
-    bench.run((model::kBaseline - 1) * kWindow);
+    bench.run((alarm::kBaseline - 1) * kWindow);
     CHECK_FALSE(box.commands.try_pop(order));
     bench.run(kWindow);
     REQUIRE(box.commands.try_pop(order));
@@ -734,20 +734,20 @@ TEST_CASE("planned moves: from the explained alarm through a shadow to a steady 
   rt::Command order;
   bench.judges[0]->says = fault(AlarmKind::stiction, 6.0);
   bench.run(3 * kWindow);
-  CHECK(corrective() == model::CorrectiveState::waiting);
+  CHECK(corrective() == alarm::CorrectiveState::waiting);
   CHECK_FALSE(bench.board->of(0).begin_offered("anna", "").accepted);
 
   const Explanation e = explained_at(bench.now_ms);
   bench.board->of(0).explained(e);
   bench.run(kWindow);
   if (on_order) {
-    CHECK(corrective() == model::CorrectiveState::offered);
+    CHECK(corrective() == alarm::CorrectiveState::offered);
     CHECK_FALSE(bench.box.commands.try_pop(order));
     CHECK(bench.board->of(0).begin_offered("anna", "until the shutdown").accepted);
     bench.monitor->round();
   }
   bench.answer(rt::MovesMode::shadow);
-  CHECK(corrective() == model::CorrectiveState::in_shadow);
+  CHECK(corrective() == alarm::CorrectiveState::in_shadow);
   const control::PlannedMovesSettings settings = bench.moves_settings.newest();
   CHECK(settings.gain == bench.twin.process.gain);
   CHECK(settings.s == 0.8);
@@ -757,7 +757,7 @@ TEST_CASE("planned moves: from the explained alarm through a shadow to a steady 
   bench.moves.publish({.phase = control::MovePhase::resting, .gain = 0.25, .shadow = true});
   bench.run(7 * kWindow);  // 673 s
   bench.answer(rt::MovesMode::on);
-  CHECK(corrective() == model::CorrectiveState::trying);
+  CHECK(corrective() == alarm::CorrectiveState::trying);
 
   // The windows no longer show the valve. The alarm stays on nevertheless.
   bench.moves.publish({.phase = control::MovePhase::resting, .gain = 0.3});
@@ -773,9 +773,9 @@ TEST_CASE("planned moves: from the explained alarm through a shadow to a steady 
                        .for_good = true});
   bench.run(1);
   bench.answer(rt::MovesMode::off);
-  CHECK(corrective() == model::CorrectiveState::waiting);
+  CHECK(corrective() == alarm::CorrectiveState::waiting);
   bench.moves.clear();
-  bench.judges[0]->says.result = model::WindowJudgement::Result::no_fault;
+  bench.judges[0]->says.result = alarm::WindowJudgement::Result::no_fault;
   bench.run(3 * kWindow);
   CHECK_FALSE(bench.board->snapshot(0).alarms.alarm(AlarmKind::stiction).active());
   CHECK_FALSE(bench.box.commands.try_pop(order));
@@ -796,7 +796,7 @@ TEST_CASE("an explanation of an alarm from before the start begins no planned mo
   rt::Command order;
   CHECK_FALSE(bench.box.commands.try_pop(order));
   CHECK(bench.board->snapshot(0).corrective ==
-        (on_order ? model::CorrectiveState::offered : model::CorrectiveState::waiting));
+        (on_order ? alarm::CorrectiveState::offered : alarm::CorrectiveState::waiting));
 }
 
 TEST_CASE("a clock that is set back changes no name and delays no planned moves",
@@ -820,7 +820,7 @@ TEST_CASE("a clock that is set back changes no name and delays no planned moves"
   CHECK(bench.board->snapshot(0).incident.incident().name == "stiction");
   bench.run(kWindow);
   bench.answer(rt::MovesMode::shadow);
-  CHECK(bench.board->snapshot(0).corrective == model::CorrectiveState::in_shadow);
+  CHECK(bench.board->snapshot(0).corrective == alarm::CorrectiveState::in_shadow);
 }
 
 TEST_CASE("planned moves follow the newest explanation of the incident", "[monitor][corrective]") {
@@ -849,10 +849,10 @@ TEST_CASE("planned moves follow the newest explanation of the incident", "[monit
   other.effect = "backlash";
   other.stick.reset();
   if (on_order) {
-    REQUIRE(corrective() == model::CorrectiveState::offered);
+    REQUIRE(corrective() == alarm::CorrectiveState::offered);
     bench.board->of(0).explained(other);
     bench.monitor->round();
-    CHECK(corrective() == model::CorrectiveState::waiting);
+    CHECK(corrective() == alarm::CorrectiveState::waiting);
     CHECK_FALSE(bench.board->of(0).begin_offered("anna", "").accepted);
     CHECK_FALSE(bench.box.commands.try_pop(order));
     return;
@@ -870,7 +870,7 @@ TEST_CASE("planned moves follow the newest explanation of the incident", "[monit
   bench.board->of(0).explained(other);
   bench.monitor->round();
   bench.answer(rt::MovesMode::off);
-  CHECK(corrective() == model::CorrectiveState::waiting);
+  CHECK(corrective() == alarm::CorrectiveState::waiting);
 }
 
 TEST_CASE("planned moves stay in shadow on hardware if s is known too roughly",
@@ -886,7 +886,7 @@ TEST_CASE("planned moves stay in shadow on hardware if s is known too roughly",
   bench.answer(rt::MovesMode::shadow);
   bench.moves.publish({.phase = control::MovePhase::resting, .gain = 0.25, .shadow = true});
   bench.run(10 * kWindow);
-  CHECK(bench.board->snapshot(0).corrective == model::CorrectiveState::in_shadow);
+  CHECK(bench.board->snapshot(0).corrective == alarm::CorrectiveState::in_shadow);
   rt::Command order;
   CHECK_FALSE(bench.box.commands.try_pop(order));
 }
@@ -958,7 +958,7 @@ TEST_CASE("an alarm whose stick the read-back shows is not renamed to learned",
   Bench bench;
   bench.judges[0]->says = fault(AlarmKind::stiction, 6.0);
   bench.run(2 * kWindow);
-  REQUIRE(model::shows_stick(bench.board->snapshot(0).measures));
+  REQUIRE(alarm::shows_stick(bench.board->snapshot(0).measures));
   Explanation e;
   e.alarm = AlarmKind::stiction;
   e.raised_ms = bench.now_ms;
@@ -1015,15 +1015,15 @@ TEST_CASE("a new explanation has a journal line if its name is different", "[mon
 TEST_CASE("remarks of the twin are in the registry with its alarm, and its news in the journal",
           "[monitor][twin]") {
   Bench bench;
-  model::TwinRemarks remarks{.judging = model::Judging::here,
-                             .load = model::LoadOutside{.size = 0.6, .since_s = 0.1}};
+  watch::TwinRemarks remarks{.judging = watch::Judging::here,
+                             .load = watch::LoadOutside{.size = 0.6, .since_s = 0.1}};
   bench.board->of(0).set_twin_remarks(remarks, 0.1);
   bench.board->of(0).set_twin_remarks(remarks, 0.1);
   remarks.load.reset();
   bench.board->of(0).set_twin_remarks(remarks, 0.1);
-  remarks.judging = model::Judging::outside;
+  remarks.judging = watch::Judging::outside;
   bench.board->of(0).set_twin_remarks(remarks, 700.0);
-  CHECK(bench.board->snapshot(0).twin->judging == model::Judging::outside);
+  CHECK(bench.board->snapshot(0).twin->judging == watch::Judging::outside);
   bench.journal.wait_written(bench.journal.post({}), std::chrono::seconds(20));
   std::vector<std::string> told;
   for (const journal::JournalRow& row : bench.journal.newest(200)) {
