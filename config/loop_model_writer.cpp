@@ -227,7 +227,7 @@ class ModelWriter {
     line(0, "process");
     const plant::ProcessParameters& process = model.process;
     if (process.integrating()) {
-      line(2, "kind", effects::to_text(process.kind));
+      line(2, "kind", plant::to_text(process.kind));
       line(2, "gain", number(process.gain), "PV units/(CO unit s)");
     } else {
       line(2, "gain", number(process.gain), "PV units/CO unit");

@@ -10,6 +10,9 @@
 #include <memory>
 #include <string>
 
+#include "daemon/commands/command_queue.hpp"
+#include "daemon/loops/command_keeper.hpp"
+#include "daemon/supervision/alarm_registry.hpp"
 #include "config/loop_config.hpp"
 #include "daemon/app/console_sources.hpp"
 #include "daemon/app/evidence_flow.hpp"
@@ -25,10 +28,7 @@
 #include "daemon/console/status_server.hpp"
 #include "daemon/gateway/gateway.hpp"
 #include "daemon/journal/journal.hpp"
-#include "daemon/loops/order_keeper.hpp"
 #include "daemon/supervision/monitor.hpp"
-#include "daemon/supervision/watch_board.hpp"
-#include "daemon/orders/order_desk.hpp"
 #include "daemon/recorder/historian.hpp"
 #include "daemon/reports/report_desk.hpp"
 

@@ -14,6 +14,7 @@
 #include <string>
 #include <vector>
 
+#include "daemon/supervision/alarm_registry.hpp"
 #include "config/loop_config.hpp"
 #include "config/validation/specialist_files.hpp"
 #include "daemon/evidence/evidence_store.hpp"
@@ -21,7 +22,6 @@
 #include "daemon/journal/journal.hpp"
 #include "daemon/loops/loop_runtime.hpp"
 #include "daemon/supervision/history.hpp"
-#include "daemon/supervision/watch_board.hpp"
 #include "model/watch/loop_monitor.hpp"
 
 namespace loopwarden::daemon {

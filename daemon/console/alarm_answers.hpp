@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <span>
 
-#include "daemon/console/parts.hpp"
+#include "daemon/console/plant.hpp"
 #include "model/alarm/alarm_figures.hpp"
 #include "daemon/protocol/answers.hpp"
 

@@ -3,7 +3,8 @@
 
 #include <string>
 
-#include "daemon/console/offers.hpp"
+#include "daemon/console/access.hpp"
+
 #include "daemon/protocol/requests.hpp"
 
 namespace loopwarden::daemon::console {

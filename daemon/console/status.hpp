@@ -6,7 +6,7 @@
 #include <optional>
 #include <string>
 
-#include "daemon/console/parts.hpp"
+#include "daemon/console/plant.hpp"
 #include "daemon/protocol/answers.hpp"
 
 namespace loopwarden::daemon::console {

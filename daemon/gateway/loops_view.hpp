@@ -10,9 +10,9 @@
 #include <string>
 #include <vector>
 
+#include "daemon/rt/command.hpp"
+#include "daemon/supervision/alarm_registry.hpp"
 #include "daemon/journal/journal_entry.hpp"
-#include "daemon/supervision/watch_board.hpp"
-#include "daemon/rt/order.hpp"
 #include "record/record_row.hpp"
 #include "model/control/planned_moves.hpp"
 #include "model/alarm/ne107.hpp"

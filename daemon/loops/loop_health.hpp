@@ -2,8 +2,8 @@
 // Returns the NAMUR NE 107 state of a loop from its newest cycle and its alarms.
 #pragma once
 
+#include "daemon/supervision/alarm_registry.hpp"
 #include "config/loop_config.hpp"
-#include "daemon/supervision/watch_board.hpp"
 #include "record/record_row.hpp"
 #include "model/alarm/ne107.hpp"
 

@@ -33,7 +33,7 @@ tuning::LoopFacts facts_of(const protocol::LoopAnswer& now) {
 }
 
 json process_json(const plant::ProcessParameters& process) {
-  return {{"kind", effects::to_text(process.kind)},
+  return {{"kind", plant::to_text(process.kind)},
           {"gain", process.gain},
           {"time_constant_s", process.integrating() ? json() : json(process.time_constant_s)},
           {"second_time_constant_s", process.second_time_constant_s},

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // Commands to a loop in commissioning, and the daemon's action when the session's holder is gone.
-#include "daemon/console/operator_orders.hpp"
 
 #include <catch2/catch.hpp>
 
@@ -10,6 +9,7 @@
 #include <variant>
 #include <vector>
 
+#include "daemon/console/operator_commands.hpp"
 #include "base/clock.hpp"
 #include "daemon/app/gateway_loops.hpp"
 #include "daemon/console/plant_readings.hpp"
