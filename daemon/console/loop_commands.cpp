@@ -43,7 +43,7 @@ rt::Expectation wanted_expectation(const protocol::Expected& expect) {
   return expected;
 }
 
-// Returns one order with the values that its sender expects to be in force.
+// Returns one command with the values that its sender expects to be in force.
 rt::Command wanted_command(const protocol::SetRequest& request) {
   static const std::map<std::string, rt::JacketMode> kJacket{
       {"off", rt::JacketMode::off}, {"shadow", rt::JacketMode::shadow}, {"on", rt::JacketMode::on}};
@@ -58,7 +58,7 @@ rt::Command wanted_command(const protocol::SetRequest& request) {
   return command;
 }
 
-// Returns the value in force if the order was refused because it expected another one.
+// Returns the value in force if the command was refused because it expected another one.
 std::optional<protocol::InForce> changed_value(const commands::Outcome& outcome) {
   switch (outcome.refusal) {
     case rt::Refusal::mode_changed:
@@ -89,8 +89,8 @@ protocol::OrderTaken LoopCommands::set(const protocol::SetRequest& request, cons
   command.ends_commissioning = !request.session && command.mode == control::Mode::manual &&
                                !command.set_point && !may_repeat &&
                                loop.commissioning->holder().has_value();
-  // The journal has no line for a value that is in force already. An order that changes at least
-  // one value is sent whole, because the newest order decides.
+  // The journal has no line for a value that is in force already. A command that changes at least
+  // one value is sent whole, because the newest command decides.
   rt::Command changes = command;
   if (!request.expect) {  // otherwise the answer of the cycle decides
     rt::leave_out_in_force(changes, now, commands.availability(), loop.settings->get());

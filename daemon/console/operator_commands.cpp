@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <nlohmann/json.hpp>
+#include <type_traits>
 
 #include "daemon/console/readings.hpp"
 #include "daemon/console/request.hpp"
@@ -21,67 +22,50 @@ struct OperatorCommands::Command {
   LocalServer::Answer (*handle)(OperatorCommands& to, const json& request, const Sender& from);
 };
 
+namespace {
+
+// Calls a handler of a group of commands. A handler that answers at once returns a struct.
+template <auto kGroup, auto kHandler>
+LocalServer::Answer call(OperatorCommands& to, const json& request, const Sender& from) {
+  auto& group = to.*kGroup;
+  const auto run = [&] {
+    if constexpr (std::is_invocable_v<decltype(kHandler), decltype(group), const json&,
+                                      const Sender&>) {
+      return (group.*kHandler)(request, from);
+    } else {
+      return (group.*kHandler)(request);
+    }
+  };
+  if constexpr (std::is_same_v<decltype(run()), LocalServer::Answer>) {
+    return run();
+  } else {
+    return done(run());
+  }
+}
+
+}  // namespace
+
 const OperatorCommands::Command* OperatorCommands::find(std::string_view name) noexcept {
   using To = OperatorCommands;
   constexpr Access kControlOnly{};
   constexpr auto kLimited = [](Need need) { return Access{.on_limited = true, .need = need}; };
   static constexpr std::array kCommands{
-      Command{"set", kLimited(Need::control),
-              [](To& to, const json& request, const Sender& from) -> LocalServer::Answer {
-                return done(to.loops_.set(request, from));
-              }},
-      Command{"tune", kLimited(Need::tuning),
-              [](To& to, const json& request, const Sender& from) -> LocalServer::Answer {
-                return done(to.loops_.tune(request, from));
-              }},
-      Command{"order", kLimited(Need::any),
-              [](To& to, const json& request, const Sender&) -> LocalServer::Answer {
-                return done(to.loops_.order(request));
-              }},
-      Command{"commissioning", kControlOnly,
-              [](To& to, const json& request, const Sender& from) -> LocalServer::Answer {
-                return done(to.sessions_.commissioning(request, from));
-              }},
-      Command{"record", kControlOnly,
-              [](To& to, const json& request, const Sender& from) -> LocalServer::Answer {
-                return done(to.records_.record(request, from));
-              }},
-      Command{"report", kLimited(Need::reports),
-              [](To& to, const json& request, const Sender& from) {
-                return to.records_.report(request, from);
-              }},
-      Command{"alarm", kLimited(Need::alarms),
-              [](To& to, const json& request, const Sender& from) {
-                return to.alarms_.alarm(request, from);
-              }},
+      Command{"set", kLimited(Need::control), call<&To::loops_, &LoopCommands::set>},
+      Command{"tune", kLimited(Need::tuning), call<&To::loops_, &LoopCommands::tune>},
+      Command{"order", kLimited(Need::any), call<&To::loops_, &LoopCommands::order>},
+      Command{"commissioning", kControlOnly, call<&To::sessions_, &SessionCommands::commissioning>},
+      Command{"record", kControlOnly, call<&To::records_, &RecordCommands::record>},
+      Command{"report", kLimited(Need::reports), call<&To::records_, &RecordCommands::report>},
+      Command{"alarm", kLimited(Need::alarms), call<&To::alarms_, &AlarmCommands::alarm>},
       Command{"acknowledge_incident", kLimited(Need::alarms),
-              [](To& to, const json& request, const Sender& from) {
-                return to.alarms_.acknowledge_incident(request, from);
-              }},
+              call<&To::alarms_, &AlarmCommands::acknowledge_incident>},
       Command{"acknowledge_all", kLimited(Need::alarms),
-              [](To& to, const json& request, const Sender& from) {
-                return to.alarms_.acknowledge_all(request, from);
-              }},
-      Command{"veto", kLimited(Need::alarms),
-              [](To& to, const json& request, const Sender& from) {
-                return to.alarms_.veto(request, from);
-              }},
-      Command{"outcome", kControlOnly,
-              [](To& to, const json& request, const Sender& from) {
-                return to.alarms_.outcome(request, from);
-              }},
-      Command{"note", kLimited(Need::alarms),
-              [](To& to, const json& request, const Sender& from) {
-                return to.alarms_.note(request, from);
-              }},
-      Command{"reload", kControlOnly,
-              [](To& to, const json& request, const Sender& from) -> LocalServer::Answer {
-                return done(to.reloads_.reload(request, from));
-              }},
-      Command{"reload_state", kControlOnly,
-              [](To& to, const json& request, const Sender&) -> LocalServer::Answer {
-                return done(to.reloads_.reload_state(request));
-              }},
+              call<&To::alarms_, &AlarmCommands::acknowledge_all>},
+      Command{"veto", kLimited(Need::alarms), call<&To::alarms_, &AlarmCommands::veto>},
+      Command{"outcome", kControlOnly, call<&To::alarms_, &AlarmCommands::outcome>},
+      Command{"note", kLimited(Need::alarms), call<&To::alarms_, &AlarmCommands::note>},
+      Command{"reload", kControlOnly, call<&To::reloads_, &ReloadCommands::reload>},
+      Command{"reload_state", kControlOnly, call<&To::reloads_, &ReloadCommands::reload_state>},
   };
   const auto* const found = std::find_if(kCommands.begin(), kCommands.end(),
                                          [&](const Command& c) { return c.name == name; });

@@ -35,7 +35,7 @@ class OperatorCommands {
 
   // Receives the answers of the loops, and ends silent sessions and records whose time is over.
   void collect(Commissioning::Clock::time_point now = Commissioning::Clock::now());
-  // Records every order without an answer as not taken, because the loops have ended.
+  // Records every command without an answer as not taken, because the loops have ended.
   void close() { loops_.close(); }
 
  private:

@@ -13,7 +13,7 @@
 namespace loopwarden::daemon::console {
 
 // The loops with their newest cycles and their alarms. Any thread may read; only the thread of
-// control.sock sends operator orders to the loops. The loops may be added after the sockets are
+// control.sock sends operator commands to the loops. The loops may be added after the sockets are
 // created, but before they are served. All references outlive the servers.
 struct Plant {
   std::vector<LoopRuntime>& loops;
@@ -28,7 +28,8 @@ std::size_t loop_index(const Plant& plant, const std::string& name);
 alarm::AlarmKind wanted_alarm(const std::string& name);
 alarm::BoxAlarm wanted_box_alarm(const std::string& name);
 
-// Throws RequestError if the loop accepts no orders here: out of service, or controlled elsewhere.
+// Throws RequestError if the loop accepts no commands here: out of service, or controlled
+// elsewhere.
 void check_takes_commands(const Plant& plant, std::size_t loop);
 
 }  // namespace loopwarden::daemon::console

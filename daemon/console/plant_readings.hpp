@@ -18,7 +18,7 @@ class PlantReadings final : public gateway::PlantView {
   const std::string& name(std::size_t loop) const override {
     return plant_.loops[loop].config.name;
   }
-  // A loop out of service takes no orders either.
+  // A loop out of service takes no commands either.
   bool controlled_elsewhere(std::size_t loop) const override {
     return plant_.loops[loop].watched() ||
            config::out_of_service(plant_.loops[loop].config.io) != nullptr;

@@ -88,7 +88,7 @@ protocol::Cycle cycle_of(const record::RecordRow& row, const LoopRuntime& runtim
           .pv = row.pv,
           .co = row.co,
           .stem = row.stem,
-          // The end of a ramp, which the `expect` of an order is compared with.
+          // The end of a ramp, which the `expect` of a command is compared with.
           .set_point_wanted = runtime.channels->set_point_wanted.load(std::memory_order_relaxed),
           .mode = control::to_text(static_cast<control::Mode>(row.mode)),
           .requested_mode = control::to_text(static_cast<control::Mode>(row.requested_mode)),

@@ -15,7 +15,7 @@ namespace loopwarden::daemon::console {
 const char* control_of(const LoopRuntime& loop);
 // Returns the part of `status` for one loop.
 protocol::LoopStatus loop_status(const Plant& plant, std::size_t loop);
-// Returns the ranges of a loop and the limits for its orders, as in force.
+// Returns the ranges of a loop and the limits for its commands, as in force.
 protocol::Ranges ranges_of(const rt::LoopSettings& settings);
 
 protocol::Alarm alarm_of(const std::string& loop, alarm::AlarmKind kind,

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// Orders to a running loop, and the rules for accepting them. The command line, the Modbus server
+// Commands to a running loop, and the rules for accepting them. The command line, the Modbus server
 // and the cycle use the same rules.
 //
-// All parts of an order take effect in one cycle, in this sequence: jacket, planned moves, gains,
-// mode, set point, output. Set point and output must fit the mode that the order requests. If one
-// part can't act, the whole order is refused.
+// All parts of a command take effect in one cycle, in this sequence: jacket, planned moves, gains,
+// mode, set point, output. Set point and output must fit the mode that the command requests. If one
+// part can't act, the whole command is refused.
 //
 // A sender may add the values that it expects to be in force. The cycle compares them when it takes
-// the order, so that no change in between remains unnoticed.
+// the command, so that no change in between remains unnoticed.
 #pragma once
 
 #include <cstdint>
@@ -25,7 +25,7 @@ enum class JacketMode : std::uint8_t { off, shadow, on };
 // the file.
 enum class MovesMode : std::uint8_t { off, shadow, on };
 
-// Values that the sender of an order expects to be in force; values that are not given match any.
+// Values that the sender of a command expects to be in force; values that are not given match any.
 struct Expectation {
   std::optional<control::Mode> mode{};     // requested: manual or automatic
   std::optional<double> set_point{};       // PV units, the end of a ramp
@@ -45,11 +45,11 @@ struct Command {
   std::optional<double> set_point{};    // PV units
   std::optional<double> output{};       // CO units, for manual
   Expectation expected{};
-  // The sender ends the loop's commissioning once the cycle has taken the order. The cycle itself
+  // The sender ends the loop's commissioning once the cycle has taken the command. The cycle itself
   // ignores this.
   bool ends_commissioning = false;
 
-  // True if the order changes no value: the cycle only checks the expected values.
+  // True if the command changes no value: the cycle only checks the expected values.
   bool empty() const noexcept {
     return !(jacket || moves || kp || ki || kd || mode || set_point || output);
   }
@@ -124,7 +124,7 @@ constexpr bool is_out_of_limits(Refusal refusal) noexcept {
          refusal == Refusal::gain_out_of_limits;
 }
 
-// State of a loop that decides whether it accepts an order.
+// State of a loop that decides whether it accepts a command.
 struct LoopAvailability {
   control::Mode mode = control::Mode::manual;  // requested: manual or automatic
   bool output_known = false;                   // the position of the output is valid
@@ -151,7 +151,7 @@ constexpr LoopAvailability unpacked(std::uint8_t bits) noexcept {
 Refusal judge(const Command& command, const LoopAvailability& availability,
               const LoopSettings& settings, control::JacketForm jacket) noexcept;
 
-// Values in force when the cycle takes an order.
+// Values in force when the cycle takes a command.
 struct InForce {
   control::Mode mode = control::Mode::manual;  // requested
   double set_point = 0.0;                      // PV units, the end of a ramp
@@ -170,13 +170,13 @@ Refusal judge(const Expectation& expected, const InForce& now,
 // Returns true if both numbers of the range `low` to `high` are equal; false if one is unknown.
 bool is_same(double value, double is, double low, double high) noexcept;
 
-// Removes the parts of an order that request the value in force. `now` and `standing` are those
-// that the order will meet. Two parts stay, because only the new mode keeps them in force: the set
-// point on a change to automatic, and the output on a change to manual.
+// Removes the parts of a command that request the value in force. `now` and `availability` are
+// those that the command will meet. Two parts stay, because only the new mode keeps them in force:
+// the set point on a change to automatic, and the output on a change to manual.
 void leave_out_in_force(Command& command, const InForce& now, const LoopAvailability& availability,
                         const LoopSettings& settings) noexcept;
 
-// Replaces the gains that an order sets.
+// Replaces the gains that a command sets.
 constexpr void set_gains(const Command& command, control::PidGains& gains) noexcept {
   gains.kp = command.kp.value_or(gains.kp);
   gains.ki = command.ki.value_or(gains.ki);
@@ -186,11 +186,11 @@ constexpr void set_gains(const Command& command, control::PidGains& gains) noexc
 struct CommandAnswer {
   std::uint64_t number = 0;
   Refusal refusal = Refusal::none;
-  InForce now{};  // when the cycle took the order
+  InForce now{};  // when the cycle took the command
 };
 
-// Channel between one sender and one loop, with an answer to each order. No answer is lost, because
-// a sender has at most as many orders without an answer as there is room.
+// Channel between one sender and one loop, with an answer to each command. No answer is lost,
+// because a sender has at most as many commands without an answer as there is room.
 struct CommandMailbox {
   static constexpr std::size_t kRoom = 32;
   explicit CommandMailbox(std::size_t room = kRoom) : commands(room), answers(room) {}

@@ -117,18 +117,18 @@ void ControlCycle::answer(CommandMailbox& box) noexcept {
   while (box.commands.try_pop(command)) {
     const InForce now = in_force();
     const Refusal refusal = take(command, now);
-    publish_availability();  // before the answer: the sender's next order depends on it
+    publish_availability();  // before the answer: the sender's next command depends on it
     box.answers.try_push({command.number, refusal, now});
   }
 }
 
-// Checks the order again: an earlier order of this cycle, a fault or a reload may have changed the
-// loop since the order was accepted.
+// Checks the command again: an earlier command of this cycle, a fault or a reload may have changed
+// the loop since the command was accepted.
 Refusal ControlCycle::take(const Command& command, const InForce& now) noexcept {
   Refusal refusal = judge(command.expected, now, settings_);
   if (refusal == Refusal::none)
     refusal = judge(command, availability(), settings_, configured_.controller.jacket.form);
-  // A reload may have configured another corrective action than that of the order.
+  // A reload may have configured another corrective action than that of the command.
   if (refusal == Refusal::none && command.moves && *command.moves != MovesMode::off &&
       configured_.controller.compensator.kind != control::CompensatorKind::none) {
     refusal = Refusal::compensator_of_file;
@@ -160,7 +160,7 @@ void ControlCycle::apply(const Command& command) noexcept {
     controller_.configure(settings_.controller);
     publish_in_force();
   }
-  // An order for an output ends the withholding of commands.
+  // A command for an output ends the withholding of commands.
   if (command.output) channels_.withheld_until_ns.store(0, std::memory_order_relaxed);
   if (command.mode) controller_.request_mode(*command.mode);
   if (command.set_point) controller_.request_set_point(*command.set_point);

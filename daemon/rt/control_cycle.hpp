@@ -82,7 +82,7 @@ class ControlCycle {
   LoopSettings configured_;  // `settings_` with jacket and compensator of the file
   SettingsOffer offer_;
   bool offer_waits_ = false;
-  std::optional<JacketMode> jacket_since_offer_;  // newest order for the jacket after the offer
+  std::optional<JacketMode> jacket_since_offer_;  // newest command for the jacket after the offer
   ValvePositionSource valve_source_;
   effects::EffectChain valve_model_;
   hal::LoopIo& io_;

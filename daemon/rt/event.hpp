@@ -11,7 +11,7 @@ enum class EventCode : std::uint8_t {
   mode_changed,   // a: control::Mode now
   settings_applied,
   settings_wait,       // until the output, `value`, is inside their limits
-  command_refused,     // a: Refusal; the loop had changed since the order was accepted
+  command_refused,     // a: Refusal; the loop had changed since the command was accepted
   result_not_finite,   // the result of the controller was not finite or out of range
   jacket_stands_back,  // mean error above its limit
   jacket_resumes,

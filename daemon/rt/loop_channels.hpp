@@ -35,11 +35,11 @@ struct LoopChannels {
   CommandMailbox monitor_commands;            // monitor <-> cycle
   base::SpscRing<record::RecordRow> records;  // cycle -> historian
   base::SpscRing<record::RecordRow> watched;  // cycle -> monitor
-  // Availability for the next order, packed; cycle -> operator, Modbus server
+  // Availability for the next command, packed; cycle -> operator, Modbus server
   std::atomic<std::uint8_t> availability{0};
-  // Orders that were accepted, but refused when the cycle took them; cycle -> status
+  // Commands that were accepted, but refused when the cycle took them; cycle -> status
   std::atomic<std::uint32_t> orders_refused{0};
-  // Settings for the next order of planned moves; monitor -> cycle
+  // Settings for the next command of planned moves; monitor -> cycle
   base::NewestValue<control::PlannedMovesSettings> moves_settings;
   // Number of the offer in force, 0 before the first. Each offer resets jacket and compensator to
   // their file; cycle -> reload, monitor
@@ -50,14 +50,14 @@ struct LoopChannels {
   // Number of the newest offer or withdrawal that the cycle received. Older offers are dropped;
   // cycle -> reload
   std::atomic<std::uint32_t> settings_seen{0};
-  // Published with `standing`, before the answer to an order; cycle -> operator, Modbus server
+  // Published with `availability`, before the answer to a command; cycle -> operator, Modbus server
   std::atomic<double> set_point_wanted{0.0};  // PV units
   std::atomic<double> output_wanted{0.0};     // CO units, target in manual; NaN: unknown
   std::atomic<float> position_age_ms{-1.0F};  // cycle -> status; negative: no position
   PlannedMovesStatus moves;                   // cycle -> monitor, status
   std::atomic<bool> stop_reached{false};      // the stop action is complete; cycle -> main
   // Until this time (CLOCK_MONOTONIC) no command is written in manual, so that the watchdog of the
-  // device acts. The cycle resets it to 0 when it takes an order for an output;
+  // device acts. The cycle resets it to 0 when it takes a command for an output;
   // commissioning -> cycle
   std::atomic<std::int64_t> withheld_until_ns{0};
   // A commissioning holds the loop: offered settings wait; Commissioning -> cycle

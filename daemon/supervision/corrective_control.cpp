@@ -110,7 +110,7 @@ void CorrectiveControl::follow_step(const watch::MonitorStep& step, bool raised)
   using State = alarm::WindowState;
   if (action_.state() == alarm::CorrectiveState::off) return;
   alarm_raised_ = alarm_raised_ || raised;
-  // A loop that takes no orders does not run either. The action waits for a later window.
+  // A loop that takes no commands does not run either. The action waits for a later window.
   if (!channels_.commands->has_room()) return;
   // A loop that no longer cycles may move too little to be judged; its error is measured anyway.
   if (step.kind == watch::MonitorStep::Kind::judged || step.state == State::not_enough_movement) {
@@ -153,8 +153,8 @@ rt::Command CorrectiveControl::command_of(const alarm::CorrectiveStep& step) con
   return command;
 }
 
-// The result of the line is known once the loop has answered the order.
-journal::JournalEntry CorrectiveControl::line_of(const alarm::CorrectiveStep& step) const {
+// The result of the line is known once the loop has answered the command.
+journal::JournalEntry CorrectiveControl::line_of(const model::CorrectiveStep& step) const {
   journal::JournalEntry line;
   line.kind = journal::JournalEntry::Kind::system;
   line.utc_ms = alarms_.now_ms();

@@ -19,10 +19,10 @@ namespace loopwarden::daemon::supervision {
 
 // Access of the corrective action to its loop.
 struct CorrectiveChannels {
-  // Queue for orders of jacket and planned moves. Null: the loop has no corrective action.
+  // Queue for commands of jacket and planned moves. Null: the loop has no corrective action.
   commands::CommandQueue* commands = nullptr;
-  const std::atomic<std::uint32_t>* settings_taken = nullptr;  // set if `orders` is set
-  const std::atomic<bool>* commissioned = nullptr;             // set if `orders` is set
+  const std::atomic<std::uint32_t>* settings_taken = nullptr;  // set if `commands` is set
+  const std::atomic<bool>* commissioned = nullptr;             // set if `commands` is set
   // Set if the corrective action has planned moves.
   base::NewestValue<control::PlannedMovesSettings>* moves_settings = nullptr;
   const rt::PlannedMovesStatus* moves = nullptr;
@@ -30,20 +30,20 @@ struct CorrectiveChannels {
 };
 
 // Runs the corrective action of one loop: follows its alarms, its operator and its cycle, and
-// orders the jacket or planned moves. Used by the monitor's thread only.
+// switches the jacket or planned moves. Used by the monitor's thread only.
 class CorrectiveControl {
  public:
   // `twin`: null for a loop without twin; read during construction only.
   CorrectiveControl(const alarm::CorrectiveSettings& settings, const CorrectiveChannels& channels,
                     const plant::LoopModel* twin, double period_s, JournaledAlarms& alarms);
 
-  // Takes the answer to the last order, reloads, vetoes, explanations and the operator's command.
+  // Takes the answer to the last command, reloads, vetoes, explanations and the operator's command.
   void attend();
   // `raised`: the step raised the stiction alarm.
   void follow_step(const watch::MonitorStep& step, bool raised);
   // `cycles`: number of cycles since the last call.
   void follow_moves(std::size_t cycles);
-  // Records every order without an answer as not taken.
+  // Records every command without an answer as not taken.
   void close();
   bool suppresses_cycling() const noexcept { return action_.calms(); }
 
@@ -68,7 +68,7 @@ class CorrectiveControl {
   alarm::CorrectiveAction action_;
   std::optional<PlannedMoves> planned_;  // set if the corrective action has this form
   std::uint32_t settings_seen_;
-  std::uint64_t command_ = 0;  // newest order that waits for its answer; 0: no order
+  std::uint64_t command_ = 0;  // newest command that waits for its answer; 0: no command
   bool alarm_raised_ = false;  // the action has not been notified yet
   // Alarms that were raised earlier begin no planned moves without an operator.
   std::int64_t started_ms_;
