@@ -14,7 +14,7 @@
 #include "daemon/monitor/watch_board.hpp"
 #include "daemon/rt/order.hpp"
 #include "record/record_row.hpp"
-#include "model/control/planned_moves.hpp"
+#include "model/control/planned_moves_settings.hpp"
 #include "model/monitor/ne107.hpp"
 
 namespace loopwarden::daemon::gateway {

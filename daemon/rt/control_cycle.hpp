@@ -25,14 +25,14 @@ namespace loopwarden::daemon::rt {
 class MovesBoard {
  public:
   void publish(const control::MovesState& state) noexcept {
-    settles_off_.store(state.settles_off, std::memory_order_relaxed);
-    pays_from_.store(state.pays_from, std::memory_order_relaxed);
+    expected_offset_.store(state.expected_offset, std::memory_order_relaxed);
+    action_threshold_.store(state.action_threshold, std::memory_order_relaxed);
     output_.store(state.output, std::memory_order_relaxed);
     gain_.store(state.gain, std::memory_order_relaxed);
     // What a reader decides by, in one word: no half of it is older than the other.
     what_.store({.run = true,
                  .shadow = state.shadow,
-                 .for_good = state.for_good,
+                 .latched = state.latched,
                  .waits = state.waits,
                  .cycles_watched = state.cycles_watched,
                  .phase = state.phase,
@@ -46,13 +46,13 @@ class MovesBoard {
     if (!what.run) return std::nullopt;
     control::MovesState state;
     state.shadow = what.shadow;
-    state.for_good = what.for_good;
+    state.latched = what.latched;
     state.waits = what.waits;
     state.cycles_watched = what.cycles_watched;
     state.phase = what.phase;
     state.reason = what.reason;
-    state.settles_off = settles_off_.load(std::memory_order_relaxed);
-    state.pays_from = pays_from_.load(std::memory_order_relaxed);
+    state.expected_offset = expected_offset_.load(std::memory_order_relaxed);
+    state.action_threshold = action_threshold_.load(std::memory_order_relaxed);
     state.output = output_.load(std::memory_order_relaxed);
     state.gain = gain_.load(std::memory_order_relaxed);
     return state;
@@ -62,17 +62,17 @@ class MovesBoard {
   struct alignas(8) What {
     bool run = false;
     bool shadow = false;
-    bool for_good = false;
+    bool latched = false;
     bool waits = false;
     std::uint8_t cycles_watched = 0;
     control::MovePhase phase = control::MovePhase::watching;
-    control::GivenBack reason = control::GivenBack::no;
+    control::DisengageReason reason = control::DisengageReason::none;
     std::uint8_t rest = 0;  // no bit of the word is left open
   };
   static_assert(std::atomic<What>::is_always_lock_free);
   std::atomic<What> what_{What{}};
-  std::atomic<double> settles_off_{0.0};
-  std::atomic<double> pays_from_{0.0};
+  std::atomic<double> expected_offset_{0.0};
+  std::atomic<double> action_threshold_{0.0};
   std::atomic<double> output_{0.0};
   std::atomic<double> gain_{0.0};
 };

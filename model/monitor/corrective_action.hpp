@@ -53,7 +53,7 @@
 #include <cstdint>
 #include <limits>
 
-#include "model/control/planned_moves.hpp"
+#include "model/control/planned_moves_settings.hpp"
 #include "model/monitor/window_measures.hpp"
 #include "model/numeric/enum_name.hpp"
 

@@ -9,7 +9,7 @@
 
 #include <optional>
 
-#include "model/control/planned_moves.hpp"
+#include "model/control/planned_moves_settings.hpp"
 #include "model/numeric/random.hpp"
 #include "studies/calm/calm_study.hpp"
 

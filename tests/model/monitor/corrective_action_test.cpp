@@ -205,7 +205,7 @@ TEST_CASE("a reload begins it anew where it acts, and nowhere else", "[monitor][
 
 namespace {
 
-using loopwarden::control::GivenBack;
+using loopwarden::control::DisengageReason;
 using loopwarden::control::MovePhase;
 using loopwarden::control::MovesState;
 
@@ -217,8 +217,8 @@ MovesState in_shadow(double gain) {
   return {.phase = MovePhase::resting, .gain = gain, .shadow = true};
 }
 
-MovesState ended(GivenBack reason, bool shadow = false, bool for_good = true) {
-  return {.phase = MovePhase::given_back, .reason = reason, .for_good = for_good, .shadow = shadow};
+MovesState ended(DisengageReason reason, bool shadow = false, bool latched = true) {
+  return {.phase = MovePhase::disengaged, .reason = reason, .latched = latched, .shadow = shadow};
 }
 
 // In shadow, with a baseline of this RMS.
@@ -269,8 +269,8 @@ TEST_CASE("planned moves wait for the explanation, and for ten minutes in shadow
     CHECK(action.moves(in_shadow(0.3), 100.0).order == Order::on);
   }
   SECTION("given back in shadow") {
-    CHECK_FALSE(action.moves(ended(GivenBack::stem_stands, true, false), 1.0).changed());
-    const CorrectiveStep step = action.moves(ended(GivenBack::no_gain, true), 1.0);
+    CHECK_FALSE(action.moves(ended(DisengageReason::stem_stuck, true, false), 1.0).changed());
+    const CorrectiveStep step = action.moves(ended(DisengageReason::no_gain, true), 1.0);
     CHECK(step.to == State::given_up);
     CHECK(step.order == Order::back);
   }
@@ -377,7 +377,7 @@ TEST_CASE("planned moves are judged by RMS before and after, and by themselves",
   }
   SECTION("repaired: not again before another alarm is explained") {
     windows(action, kDecision, errors(1.0));
-    const CorrectiveStep step = action.moves(ended(GivenBack::valve_follows), 1.0);
+    const CorrectiveStep step = action.moves(ended(DisengageReason::valve_follows), 1.0);
     CHECK(step.order == Order::back);
     CHECK(step.to == State::waiting);
     CHECK_FALSE(windows(action, 20, errors(1.0)).changed());
@@ -385,11 +385,12 @@ TEST_CASE("planned moves are judged by RMS before and after, and by themselves",
     CHECK(windows(action, 1, errors(10.0)).order == Order::shadow);
   }
   SECTION("given back") {
-    CHECK(action.moves(ended(GivenBack::no_gain), 1.0).to == State::given_up);
+    CHECK(action.moves(ended(DisengageReason::no_gain), 1.0).to == State::given_up);
   }
   SECTION("disengaged: by a time in shadow once more, and the third time given up") {
     for (int time = 1; time <= kMostDisengaged; ++time) {
-      const CorrectiveStep step = action.moves(ended(GivenBack::contradiction, false, false), 1.0);
+      const CorrectiveStep step =
+          action.moves(ended(DisengageReason::contradiction, false, false), 1.0);
       CHECK(step.order == Order::back);
       CHECK(std::string(step.why).find("contradict") != std::string::npos);
       CHECK(step.to == (time < kMostDisengaged ? State::waiting : State::given_up));
@@ -400,7 +401,7 @@ TEST_CASE("planned moves are judged by RMS before and after, and by themselves",
     }
   }
   SECTION("what the shadow did before is of no account") {
-    CHECK_FALSE(action.moves(ended(GivenBack::no_gain, true), 1.0).changed());
+    CHECK_FALSE(action.moves(ended(DisengageReason::no_gain, true), 1.0).changed());
   }
   SECTION("vetoed, and the veto lifted: the valve is still known") {
     CHECK(action.veto(Veto::back).order == Order::back);
