@@ -9,15 +9,14 @@ namespace loopwarden::config {
 
 // What a loop is wired to.
 struct Backing {
-  bool simulated = false;  // a simulated plant
-  bool hardware = false;   // something real moves; neither: a record is played back
+  bool hardware = false;  // something real moves; false: a simulated plant, or a record
 };
 
 Backing backing_of(const Io& io) noexcept;
 
 // Why the jacket may not act, whoever asks for it.
 struct JacketInterlocks {
-  bool paper = false;           // that form acts in simulation only
+  bool paper = false;           // that form acts in `simulate` and `compare` only
   bool max_mean_error = false;  // on hardware it does not act without that limit
 
   bool none() const noexcept { return !paper && !max_mean_error; }

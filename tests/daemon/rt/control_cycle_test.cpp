@@ -872,7 +872,7 @@ TEST_CASE("an order of gains holds for those that its sender has seen") {
   CHECK(told() == Refusal::gains_changed);
 }
 
-TEST_CASE("the jacket of the paper form acts only where that is allowed") {
+TEST_CASE("the jacket acts only if its settings allow it") {
   auto settings = plain_settings();
   settings.controller.jacket.form = control::JacketForm::paper;
   settings.controller.jacket.shadow = true;
@@ -1036,7 +1036,7 @@ TEST_CASE("planned moves don't act where the file does not allow it, nor beside 
     CHECK(loop.channels.moves.read()->shadow);
   }
   SECTION("the file has a compensator") {
-    settings.controller.compensator.kind = control::CompensatorKind::knocker;
+    settings.controller.compensator.kind = control::CompensatorKind::backlash;
     Loop loop(settings);
     loop.order({.moves = MovesWish::shadow});
     loop.run(1);
@@ -1244,9 +1244,9 @@ TEST_CASE("what the next order will find is told before the answer to the one be
 TEST_CASE("the jacket's rate and what a compensator adds are recorded apart") {
   auto settings = plain_settings();
   settings.controller.compensator = {
-      .kind = control::CompensatorKind::reinforcement, .limit = 5.0, .amplitude = 1.5};
+      .kind = control::CompensatorKind::hysteresis, .limit = 5.0, .offset = 1.5};
   Loop loop(settings);
-  loop.io.set_pv(45.0);  // CO moves
+  loop.io.set_pv(55.0);  // CO falls
   loop.run(20);
   CHECK(std::abs(loop.row.compensator) == 1.5F);
   CHECK(std::abs(loop.row.compensator_shadow) == 1.5F);
