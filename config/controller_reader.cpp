@@ -127,8 +127,7 @@ void read_anti_windup(MapReader& in, control::AntiWindup fallback, control::PidS
 control::JacketSettings read_jacket(MapReader& in) {
   control::JacketSettings jacket;
   in.set_one_of("form", kJacketForms,
-                "law of the stickband jacket; paper may act in "
-                "simulation only",
+                "law of the stickband jacket; paper acts in simulate and compare only",
                 jacket.form);
   in.set_flag("shadow", "compute and record it, without acting", jacket.shadow);
   in.set_number("ks", {"1/s", at_least(0.0), "gain of the jacket"}, jacket.gain_per_s);
@@ -209,7 +208,9 @@ void check_gain(MapReader& compensator, const control::CompensatorSettings& sett
 control::CompensatorSettings read_compensator(MapReader& in) {
   using Kind = control::CompensatorKind;
   control::CompensatorSettings c;
-  c.kind = in.need_one_of("kind", kCompensators, "correction of CO against the valve's fault");
+  c.kind = in.need_one_of("kind", kCompensators,
+                          "correction of CO against the valve's fault; knocker, two_move and "
+                          "reinforcement act in simulate and compare only");
   in.set_flag("shadow", "compute and record it, without acting", c.shadow);
   in.maybe_number(
       "limit",

@@ -6,14 +6,13 @@
 namespace loopwarden::config {
 
 Backing backing_of(const Io& io) noexcept {
-  const bool simulated = std::holds_alternative<SimIo>(io);
   // A backend counts as hardware unless it is known to move no valve.
-  return {.simulated = simulated,
-          .hardware = !simulated && !std::holds_alternative<hal::replay::ReplaySettings>(io)};
+  return {.hardware = !std::holds_alternative<SimIo>(io) &&
+                      !std::holds_alternative<hal::replay::ReplaySettings>(io)};
 }
 
 JacketInterlocks interlocks_of(const control::JacketSettings& jacket, Backing backing) noexcept {
-  return {.paper = jacket.form == control::JacketForm::paper && !backing.simulated,
+  return {.paper = jacket.form == control::JacketForm::paper,
           .max_mean_error = backing.hardware && !std::isfinite(jacket.max_mean_error)};
 }
 

@@ -10,15 +10,14 @@ namespace loopwarden::config {
 
 // The kind of a loop's backend.
 struct Backing {
-  bool simulated = false;  // a simulated plant
-  bool hardware = false;   // a real valve moves; both false: a record is replayed
+  bool hardware = false;  // a real valve moves; false: a simulated plant or a replayed record
 };
 
 Backing backing_of(const Io& io) noexcept;
 
 // Reasons why the jacket must not act, for all kinds of requests.
 struct JacketInterlocks {
-  bool paper = false;           // the form `paper` acts in simulation only
+  bool paper = false;           // the form `paper` acts in `simulate` and `compare` only
   bool max_mean_error = false;  // on hardware it needs this limit
 
   bool none() const noexcept { return !paper && !max_mean_error; }

@@ -531,38 +531,23 @@ class LoopReader {
     if (config().valve_position.source == Source::none && !in.given("valve_position")) {
       in.error("missing key 'valve_position' (`read_back` or {model: [effects]})");
     }
+    const bool may_act = !jacket.shadow || switches_on(config().monitor.corrective);
+    if (may_act && interlocks_of(jacket, {}).paper) {
+      in.error("form",
+               "paper acts in simulate and compare only, since it can park the loop off its set "
+               "point. Add shadow: true, or use bounded or dwell");
+    }
     if (!io.known) return;
     if (config().valve_position.source == Source::read_back && !io.has_read_back) {
       in.error("valve_position", fmt::format("read_back is missing: the io section (at {}) has no "
                                              "read_back; add it or state a model of the valve",
                                              to_text(in_.place("io"))));
     }
-    const bool may_act = !jacket.shadow || switches_on(config().monitor.corrective);
-    if (!may_act) return;
-    const JacketInterlocks interlocks = interlocks_of(jacket, backing_of(io.io));
-    if (interlocks.paper) {
-      in.error("form",
-               "paper may act in simulation only, since it can park the loop off its set "
-               "point; add shadow: true, or use bounded");
-    }
-    if (interlocks.max_mean_error) {
+    if (may_act && interlocks_of(jacket, backing_of(io.io)).max_mean_error) {
       in.error(
           "missing key 'max_mean_error' (number > 0, PV units; required where the jacket acts "
           "on hardware)");
     }
-  }
-
-  // A pulse must reach its amplitude before it ends.
-  void check_pulse(MapReader& in) {
-    const control::CompensatorSettings& c = config().controller.compensator;
-    const double rate_per_s = config().controller.output.rate_per_s;
-    if (c.kind != control::CompensatorKind::knocker) return;
-    if (c.amplitude <= rate_per_s * c.pulse_width_s) return;
-    in.error("amplitude",
-             fmt::format("{:g} takes {:.3g} s at output.rate_limit {:g}, and the pulse ends after "
-                         "pulse_width {:g} s; set a smaller amplitude, a longer pulse or a higher "
-                         "rate limit",
-                         c.amplitude, c.amplitude / rate_per_s, rate_per_s, c.pulse_width_s));
   }
 
   void check_compensator(MapReader& in, const IoSection& io) {
@@ -570,8 +555,12 @@ class LoopReader {
     const control::CompensatorSettings& c = controller.compensator;
     if (c.kind == control::CompensatorKind::none || in.describing()) return;
     check_gain(in, c, controller.pid.action);
-    check_pulse(in);
     if (c.shadow) return;
+    if (control::acts_in_simulation_only(c.kind)) {
+      in.error("kind", fmt::format("{} acts in simulate and compare only. Add shadow: true, or use "
+                                   "planned_moves, backlash or hysteresis",
+                                   to_text(c.kind)));
+    }
     const control::JacketSettings& jacket = controller.jacket;
     const bool jacket_acts = !jacket.shadow || switches_on(config().monitor.corrective);
     if (jacket.form != control::JacketForm::off && jacket_acts) {

@@ -66,11 +66,11 @@ std::string says(const control::MovesState& moves) {
     case Phase::probing: line += ": does the stem follow?"; break;
     case Phase::resting:
       line += fmt::format(": PV will settle {:.3g} off; a move pays from {:.3g}",
-                          std::abs(moves.settles_off), moves.pays_from);
+                          std::abs(moves.expected_offset), moves.action_threshold);
       break;
     case Phase::backing_off:
     case Phase::moving: line += fmt::format(": CO to {:.4g}", moves.output); break;
-    case Phase::given_back: line += fmt::format(": {}", control::to_text(moves.reason)); break;
+    case Phase::disengaged: line += fmt::format(": {}", control::to_text(moves.reason)); break;
   }
   if (moves.gain > 0.0) line += fmt::format("; RMS {:.2f} of that without", moves.gain);
   return line;

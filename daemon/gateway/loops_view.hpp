@@ -14,7 +14,7 @@
 #include "daemon/supervision/alarm_registry.hpp"
 #include "daemon/journal/journal_entry.hpp"
 #include "record/record_row.hpp"
-#include "model/control/planned_moves.hpp"
+#include "model/control/planned_moves_settings.hpp"
 #include "model/alarm/ne107.hpp"
 
 namespace loopwarden::daemon::gateway {

@@ -70,7 +70,7 @@ EventText describe(const rt::Event& event, const config::LoopConfig& loop) {
     case rt::EventCode::moves_disengaged:
       return {Severity::warning,
               fmt::format("planned moves disengaged: {}",
-                          control::to_text(static_cast<control::GivenBack>(event.a)))};
+                          control::to_text(static_cast<control::DisengageReason>(event.a)))};
   }
   return {Severity::error, "unknown event"};
 }

@@ -87,7 +87,7 @@ constexpr const char* to_text(Refusal refusal) noexcept {
     case Refusal::gain_out_of_limits: return "a gain must be a number of at least 0";
     case Refusal::no_jacket: return "the loop has no jacket configured";
     case Refusal::jacket_may_not_act:
-      return "on hardware the jacket acts in another form than paper only, and with max_mean_error";
+      return "the jacket acts in form bounded or dwell only, on hardware with max_mean_error";
     case Refusal::compensator_acts:
       return "the compensator acts, and the jacket can't act beside it";
     case Refusal::moves_may_not_act:

@@ -427,7 +427,7 @@ void ControlCycle::report(const hal::Sample& pv, std::uint64_t missed) noexcept 
   }
   const control::PlannedMoves* moves = controller_.compensator().planned_moves();
   const control::MovesState state = moves != nullptr ? moves->state() : control::MovesState{};
-  const bool disengaged = state.phase == control::MovePhase::given_back && !state.shadow;
+  const bool disengaged = state.phase == control::MovePhase::disengaged && !state.shadow;
   if (std::exchange(reported_disengaged_, disengaged) != disengaged && disengaged)
     event(EventCode::moves_disengaged, static_cast<std::uint8_t>(state.reason), 0, 0.0);
 }

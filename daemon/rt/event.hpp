@@ -16,7 +16,7 @@ enum class EventCode : std::uint8_t {
   jacket_stands_back,  // mean error above its limit
   jacket_resumes,
   cycle_missed,     // a: periods missed, at most 255
-  moves_disengaged  // a: control::GivenBack
+  moves_disengaged  // a: control::DisengageReason
 };
 
 struct Event {

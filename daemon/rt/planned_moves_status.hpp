@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <optional>
 
-#include "model/control/planned_moves.hpp"
+#include "model/control/planned_moves_settings.hpp"
 
 namespace loopwarden::daemon::rt {
 
@@ -14,14 +14,14 @@ namespace loopwarden::daemon::rt {
 class PlannedMovesStatus {
  public:
   void publish(const control::MovesState& state) noexcept {
-    settles_off_.store(state.settles_off, std::memory_order_relaxed);
-    pays_from_.store(state.pays_from, std::memory_order_relaxed);
+    expected_offset_.store(state.expected_offset, std::memory_order_relaxed);
+    action_threshold_.store(state.action_threshold, std::memory_order_relaxed);
     output_.store(state.output, std::memory_order_relaxed);
     gain_.store(state.gain, std::memory_order_relaxed);
     // Values that decide something are one word: they always belong together.
     state_.store({.run = true,
                   .shadow = state.shadow,
-                  .for_good = state.for_good,
+                  .latched = state.latched,
                   .waits = state.waits,
                   .cycles_watched = state.cycles_watched,
                   .phase = state.phase,
@@ -35,13 +35,13 @@ class PlannedMovesStatus {
     if (!word.run) return std::nullopt;
     control::MovesState state;
     state.shadow = word.shadow;
-    state.for_good = word.for_good;
+    state.latched = word.latched;
     state.waits = word.waits;
     state.cycles_watched = word.cycles_watched;
     state.phase = word.phase;
     state.reason = word.reason;
-    state.settles_off = settles_off_.load(std::memory_order_relaxed);
-    state.pays_from = pays_from_.load(std::memory_order_relaxed);
+    state.expected_offset = expected_offset_.load(std::memory_order_relaxed);
+    state.action_threshold = action_threshold_.load(std::memory_order_relaxed);
     state.output = output_.load(std::memory_order_relaxed);
     state.gain = gain_.load(std::memory_order_relaxed);
     return state;
@@ -51,17 +51,17 @@ class PlannedMovesStatus {
   struct alignas(8) Word {
     bool run = false;
     bool shadow = false;
-    bool for_good = false;
+    bool latched = false;
     bool waits = false;
     std::uint8_t cycles_watched = 0;
     control::MovePhase phase = control::MovePhase::watching;
-    control::GivenBack reason = control::GivenBack::no;
+    control::DisengageReason reason = control::DisengageReason::none;
     std::uint8_t unused = 0;  // an atomic compares every bit
   };
   static_assert(std::atomic<Word>::is_always_lock_free);
   std::atomic<Word> state_{Word{}};
-  std::atomic<double> settles_off_{0.0};
-  std::atomic<double> pays_from_{0.0};
+  std::atomic<double> expected_offset_{0.0};
+  std::atomic<double> action_threshold_{0.0};
   std::atomic<double> output_{0.0};
   std::atomic<double> gain_{0.0};
 };

@@ -10,7 +10,7 @@
 
 #include <optional>
 
-#include "model/control/planned_moves.hpp"
+#include "model/control/planned_moves_settings.hpp"
 #include "model/numeric/random.hpp"
 #include "lab/calm_study/calm_study.hpp"
 

@@ -81,24 +81,24 @@ CorrectiveStep CorrectiveAction::ordered() noexcept {
 }
 
 CorrectiveStep CorrectiveAction::moves(const control::MovesState& state, double passed_s) noexcept {
-  using control::GivenBack;
+  using control::DisengageReason;
   if (state_ == State::in_shadow && state.shadow) {
     shadow_s_ += passed_s;
     return shadow_s_ < kShadow_s ? CorrectiveStep{} : shadowed(state);
   }
-  if (!calms() || state.shadow || state.phase != control::MovePhase::given_back) return {};
-  if (state.reason == GivenBack::valve_follows) {
+  if (!calms() || state.shadow || state.phase != control::MovePhase::disengaged) return {};
+  if (state.reason == DisengageReason::valve_follows) {
     due_ = ordered_ = false;
     return go(State::waiting, "the stem follows a probe: the valve does not stick");
   }
-  if (state.for_good || ++disengaged_ >= kMostDisengaged)
+  if (state.latched || ++disengaged_ >= kMostDisengaged)
     return go(State::given_up, to_text(state.reason));
   due_ = true;  // the alarm is still on: try again, after a time in shadow
   return go(State::waiting, to_text(state.reason));
 }
 
 CorrectiveStep CorrectiveAction::shadowed(const control::MovesState& state) noexcept {
-  if (state.for_good) return go(State::given_up, to_text(state.reason));
+  if (state.latched) return go(State::given_up, to_text(state.reason));
   if (!(state.gain > 0.0) || steady_ < kLeastBaseline || !may_act_) return {};
   before_ = newest_mean(std::min(steady_, kBaseline));
   CorrectiveStep step = state.gain <= 1.0 - kLeastGain

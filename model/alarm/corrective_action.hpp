@@ -55,7 +55,7 @@
 #include <cstdint>
 #include <limits>
 
-#include "model/control/planned_moves.hpp"
+#include "model/control/planned_moves_settings.hpp"
 #include "model/alarm/window_measures.hpp"
 #include "model/numeric/enum_name.hpp"
 

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// Backlash compensation: at each reversal of CO the gap is added at once, so that the valve follows
-// without the time it takes to cross it (kind `backlash`).
+// Adds the gap of a valve to CO at each reversal, so that the stem follows at once (kind
+// `backlash`).
 //
-//   u = uc + c,   c falls by the gap when uc turns downwards, and rises by it when uc turns upwards
-//   c = 0 in the direction in which uc goes first
+//   u = uc + c       c falls by the gap when uc turns downwards, rises by it when uc turns upwards
+//   c = 0            until uc has reversed for the first time
 //
-//   u, uc, c  CO units     gap  CO units, all that CO loses on a reversal: at most the valve's dead band
+//   u, uc, c  CO units      gap  CO units, at most the lost motion of the valve on a reversal
 //
-// That is Hägglund's u = uc + (gap/2) sign(duc) without its jump at the start. A gap above the valve's
-// dead band pushes the stem too far at each reversal, which makes the loop cycle; 70 to 100 % of an estimate is
-// used. Reversals below `noise_band` are none: set it above the noise that PV's gain leaves in CO.
+// This is Hägglund's u = uc + (gap/2) sign(duc) without its jump at the start. A gap above the
+// valve's dead band makes the loop cycle: use 70 to 100 % of the estimate. Reversals below
+// `noise_band` do not count: set it above the noise that PV's gain leaves in CO.
 //
 // Source: Hägglund, J. Process Control 17 (2007) 489-499; Tao and Kokotovic (1996), ch. 3.
 #pragma once

@@ -9,7 +9,7 @@
 namespace loopwarden::control {
 namespace {
 
-// Calls `f` with the law that is held. Unlike std::visit it has no way to throw.
+// Calls `f` with the present law. Unlike std::visit it cannot throw.
 template <class Variant, class F>
 void with_law(Variant& law, F&& f) noexcept {
   [&]<std::size_t... I>(std::index_sequence<I...>) {

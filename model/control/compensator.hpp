@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// The compensator of a loop: none, or one of those that add to CO. The stickband jacket, which acts inside
-// the integrator, stands beside it in LoopController.
+// Holds the compensator of a loop. The stickband jacket, which acts inside the integrator, is a
+// separate part of LoopController.
 //
-// Each is written down in the header of its name. None allocates, locks or throws; which one it is changes
-// only in configure(). The correction is held within +-limit. Switched on, changed or off, the output
-// does not move by itself: the law's integral takes over what the compensator had added.
+// The header of each compensator describes it. No call allocates, locks or throws. The kind changes
+// only in configure(). The correction is held within +-limit. Switching a compensator on or off, or
+// changing it, does not move the output: the integral takes over what the compensator had added.
 #pragma once
 
 #include <variant>
@@ -30,16 +30,16 @@ class Compensator {
  public:
   Compensator(const CompensatorSettings& settings, double period_s) noexcept;
 
-  // Starts afresh at the next step; planned moves that were in shadow and are to act go on with what they know.
+  // Resets at the next step. Planned moves that were in shadow and are to act keep their estimates.
   void configure(const CompensatorSettings& settings) noexcept;
-  // The next step starts afresh from the law's output then.
+  // The next step starts from the controller's output of that time.
   void reset() noexcept { fresh_ = true; }
 
-  // One period: what is to be added, whether or not it is to act (see settings().shadow).
+  // Steps one period. Returns the correction, acting or in shadow (see settings().shadow).
   Correction step(const CompensatorInputs& in) noexcept;
 
   const CompensatorSettings& settings() const noexcept { return settings_; }
-  // None where it is of another kind.
+  // Null if the compensator is of another kind.
   const PlannedMoves* planned_moves() const noexcept { return std::get_if<PlannedMoves>(&law_); }
 
  private:

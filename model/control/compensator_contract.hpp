@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// What every valve compensator that adds to CO takes, gives, and is set by.
+// Settings, inputs and result of the valve compensators that add to CO.
 //
 // A compensator is a class with
 //   X(const CompensatorSettings&, double period_s)
-//   void reset(double output) noexcept             a fresh start at this CO; the correction is 0 there
-//   Correction step(const CompensatorInputs&) noexcept   one period
+//   void reset(double output) noexcept                   starts at this CO with a correction of 0
+//   Correction step(const CompensatorInputs&) noexcept   steps one period
 // None of them reads a clock, allocates or throws; compensator.hpp holds one of them.
 #pragma once
 
@@ -12,7 +12,7 @@
 #include <limits>
 
 #include "model/control/output_limiter.hpp"
-#include "model/control/planned_moves.hpp"
+#include "model/control/planned_moves_settings.hpp"
 
 namespace loopwarden::control {
 
@@ -25,6 +25,12 @@ enum class CompensatorKind : std::uint8_t {
   hysteresis,
   planned_moves
 };
+
+// Returns whether `kind` acts in `simulate` and `compare` only. A running loop has it in shadow.
+constexpr bool acts_in_simulation_only(CompensatorKind kind) noexcept {
+  return kind == CompensatorKind::knocker || kind == CompensatorKind::two_move ||
+         kind == CompensatorKind::reinforcement;
+}
 
 struct CompensatorSettings {
   CompensatorKind kind = CompensatorKind::none;
@@ -43,7 +49,8 @@ struct CompensatorSettings {
   double width = 0.0;                                               // CO units: hysteresis
   double knee = 0.0;                                                // hysteresis
   double offset = 0.0;                                              // CO units: hysteresis
-  double noise_band = 0.0;  // CO units: what is no reversal; reinforcement, backlash, hysteresis
+  double noise_band =
+      0.0;  // CO units, smaller reversals do not count: reinforcement, backlash, hysteresis
   PlannedMovesSettings planned{};
 
   friend bool operator==(const CompensatorSettings&, const CompensatorSettings&) = default;
@@ -55,15 +62,15 @@ struct CompensatorInputs {
   double output = 0.0;     // CO units, the control law's result without correction
   // For planned_moves.
   double process_variable = 0.0;  // PV units
-  double applied = 0.0;           // CO units, what went out one period ago
+  double applied = 0.0;           // CO units, output written one period ago
   double commanded = 0.0;         // CO units, the same before the device's rounding
   double valve_position = 0.0;    // CO units, read back
   bool valve_position_valid = false;
   OutputLimits limits{};  // of the output
 };
 
-// Returns whether `output`, CO units, is as near to `wanted` as the limits let it come: no ramp is
-// under way.
+// Returns whether `output`, CO units, is as near to `wanted` as the limits allow: no ramp is under
+// way.
 inline bool has_arrived(const OutputLimits& limits, double wanted, double output,
                         double period_s) noexcept {
   return !limit_output(limits, wanted, output, period_s).rate_limited;
@@ -71,8 +78,8 @@ inline bool has_arrived(const OutputLimits& limits, double wanted, double output
 
 struct Correction {
   double added = 0.0;          // CO units, to the control law's result
-  bool hold_integral = false;  // the law is not to integrate
-  bool release = false;        // what was added goes into the law's integral, and added is 0
+  bool hold_integral = false;  // the controller does not integrate
+  bool release = false;        // the integral takes over what was added, and added is 0
 };
 
 }  // namespace loopwarden::control

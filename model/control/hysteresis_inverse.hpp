@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// An inverse of hysteresis: CO is moved to where the hysteresis gives what the law asked for (kind
-// `hysteresis`).
+// Inverts the hysteresis of a valve: CO is set to the value at which the valve gives what the
+// controller requests (kind `hysteresis`).
 //
 //   with width:   u such that H(u) = v, H(u) = (1/n) sum p_i, p_i = clamp(p_i before, u - r_i, u + r_i),
 //                 r_i as in hysteresis_width.hpp, n = 12; u by bisection, 40 halvings. Where v is what
@@ -10,12 +10,12 @@
 //
 //   u, v, p_i, r_i, width, offset  CO units     knee  see model/effects/hysteresis/hysteresis_width.hpp
 //
-// What it can't do: the parameters are given, not adapted; the source's controller adapts them. With a
-// width that is too large the valve is pushed too far at each reversal. A knee near 1 makes u jump by the
-// width, as backlash compensation does.
+// Limits: the parameters are given, not adapted; the source's controller adapts them. A width that
+// is too large pushes the valve too far at each reversal. A knee near 1 makes u jump by the width,
+// as backlash compensation does.
 //
-// Source: Tao and Kokotovic, IEEE Trans. Automatic Control 40 (1995) 200-212 (parametrised inverse);
-// Hassani, Tjahjowidodo and Do (2014) for the operator.
+// Source: Tao and Kokotovic, IEEE Trans. Automatic Control 40 (1995) 200-212 (parametrised
+// inverse); Hassani, Tjahjowidodo and Do (2014) for the operator.
 #pragma once
 
 #include <algorithm>

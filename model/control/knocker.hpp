@@ -1,16 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-// The knocker: short pulses on CO that break a sticking valve loose (kind `knocker`).
+// Adds short pulses to CO that break a sticking valve loose (kind `knocker`). It acts in `simulate`
+// and `compare` only; a running loop has it in shadow.
 //
 //   u = uc + uk
-//   uk = a sign(uc(t) - uc(tp))   from tp + hk, for tau seconds;   0 else      tp  onset of the last pulse
+//   uk = a sign(uc(t) - uc(tp))   from tp + hk, for tau seconds; otherwise 0
 //
 //   u, uc, uk, a  CO units     hk  pulse_period_s, s     tau  pulse_width_s, s, < hk
+//   tp  onset of the last pulse
 //
-// The sign is taken once, at the onset; where uc has not moved there is no pulse. Hägglund's advice: hk two
-// to five sampling periods of the controller, tau one to two, a 1 to 4 % of the range, less than the stick
-// band. Each pulse disturbs PV by as much as a tau (1 - exp(-...)) lets through.
+// The sign is taken once, at the onset. If uc has not moved there is no pulse. Hägglund's advice:
+// hk two to five sampling periods of the controller, tau one to two, a 1 to 4 % of the range, less
+// than the stick band. Each pulse disturbs PV by as much as a tau (1 - exp(-...)) lets through.
 //
-// What it can't do: it can't tell a healthy valve, and moves it hk apart for ever; the stem travels.
+// Limits: it pulses a healthy valve as well, every hk; the stem travels.
 //
 // Source: Hägglund, Control Engineering Practice 10 (2002) 1237-1243; thesis, equations 4.1 to 4.4.
 #pragma once

@@ -7,7 +7,7 @@
 namespace loopwarden::control {
 namespace {
 
-// What the output's deadband holds back is no windup.
+// The difference that the output's deadband holds back is no windup.
 PidSettings pid_settings(const ControllerSettings& settings) noexcept {
   PidSettings pid = settings.pid;
   pid.tolerance = std::max(pid.tolerance, settings.output.deadband);
@@ -71,10 +71,10 @@ void LoopController::request_output(double output) noexcept {
 
 void LoopController::assume_output(double output) noexcept {
   if (std::isfinite(output)) {
-    stand_at(output);
+    set_output(output);
     manual_output_ = output;
   }
-  mode_ = Mode::fallback;  // whatever comes next starts afresh from here
+  mode_ = Mode::fallback;  // the next mode starts from this output
 }
 
 ControllerOutput LoopController::limit(double wanted) noexcept {
@@ -86,18 +86,19 @@ ControllerOutput LoopController::limit(double wanted) noexcept {
   out.at_high = limited.at_high;
   out.rate_limited = limited.rate_limited;
   out.mode = mode_;
-  if (std::isfinite(limited.output)) stand_at(limited.output);  // until the caller knows better
+  if (std::isfinite(limited.output)) set_output(limited.output);  // until applied() is called
   return out;
 }
 
-// What to ask of the new limits in the first period under new settings: `wanted`, unless the output
-// would then leave the course that it had under the old limits. To lag behind it is no leaving.
+// Returns the request to the new limits in the first period under new settings: `wanted`, unless
+// the output would then leave the course that it had under the old limits. It may lag on that
+// course.
 double LoopController::kept_on_course(double wanted) const noexcept {
   const OutputLimits& limits = law_.settings.output;
   const Limited before = limit_output(before_.settings.output, wanted, commanded_, period_s_);
   const double course = before.output;
   const double output = limit_output(limits, wanted, commanded_, period_s_).output;
-  // Under way at the old rate limit the output goes on at the new one; where it stood it stands.
+  // A ramp under the old rate limit continues at the new one; an output at rest stays.
   const bool moves = before.rate_limited && std::isfinite(limits.rate_per_s);
   const double allowed = moves ? limits.rate_per_s * period_s_ : 0.0;
   const bool leaves = output < std::min(course, commanded_) - allowed ||
@@ -165,7 +166,7 @@ ControllerOutput LoopController::step_automatic(const ControllerInputs& in) noex
   if (taking_over_ && !starts) {
     const double course = kept_on_course(before_.step(in, applied_, commanded_, false).wanted);
     const double bump = now.wanted - course;
-    if (std::isfinite(bump)) {  // else the caller is to see that the result is no number
+    if (std::isfinite(bump)) {  // otherwise the caller detects the non-finite result
       law_.pid.shift(-bump);
       now.wanted = course;
     }
@@ -192,7 +193,7 @@ ControllerOutput LoopController::step_manual(const ControllerInputs& in) noexcep
 }
 
 ControllerOutput LoopController::step_fallback(OutputAction action) noexcept {
-  // What was asked for in manual before the fault is not resumed: the output stays where it went.
+  // A request in manual from before the fault is not resumed: the output keeps the fault's value.
   mode_ = Mode::fallback;
   taking_over_ = false;
   ControllerOutput out = limit(action.kind == OutputAction::Kind::hold ? applied_ : action.value);

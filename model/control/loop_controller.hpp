@@ -1,25 +1,26 @@
 // SPDX-License-Identifier: Apache-2.0
-// What turns set point and process variable into a controller output: modes, set point, PID law,
+// Computes the controller output from set point and process variable: modes, set point, PID law,
 // stickband jacket, compensator and output limits, one period at a time.
 //
 // Modes:
-//   manual     the output is what the operator asks for, within limits and rate
+//   manual     the output is the operator's request, within limits and rate
 //   automatic  the PID law
-//   fallback   the caller found a reason not to trust the loop; the output is held or goes to a
-//              stated value, within the rate limit
-// Every change of mode is bumpless: the law starts from the output that really stands. In manual
-// by option the set point follows PV; on the way to automatic a set-point ramp starts again from PV.
+//   fallback   the caller found a fault: the output is held, or moves to a stated value within the
+//              rate limit
+// Every change of mode is bumpless: the law starts from the output that was really written. As an
+// option the set point follows PV in manual; on the way to automatic a set-point ramp restarts from
+// PV.
 //
-// New settings are bumpless, too. In the first period after configure() the old settings are run
-// beside the new ones, and the new law's integral takes over the difference: CO goes on where the old
-// settings would have had it, whatever the new gains, filter, action, set-point limits, jacket or
-// compensator say. The same where wider limits, a smaller deadband or a lifted rate limit would let
-// an output go that they held. New limits that exclude CO are obeyed at the new rate limit: the
-// caller keeps such settings back (ControlCycle does).
+// New settings are bumpless, too. In the first period after configure() the old settings are
+// stepped in parallel, and the new law's integral takes over the difference: CO continues on the
+// course of the old settings, for new gains, filter, action, set-point limits, jacket or
+// compensator. The same holds if wider limits, a smaller deadband or a lifted rate limit would
+// release an output that the old ones held. New limits that exclude CO are obeyed at the new rate
+// limit; ControlCycle keeps such settings back.
 //
-// Order of one step: set point -> error -> jacket -> PID -> compensator -> limits. What the compensator
-// adds is no windup. Nothing here reads a clock,
-// allocates, or throws; the same calls give the same bits.
+// Order of one step: set point -> error -> jacket -> PID -> compensator -> limits. The
+// compensator's correction is no windup. No call reads a clock, allocates or throws; the same calls
+// give the same bits.
 #pragma once
 
 #include <cmath>
@@ -40,7 +41,7 @@ constexpr const char* to_text(Mode mode) noexcept {
   return numeric::enum_name<Mode::fallback>(mode, {"MAN", "AUTO", "FALLBACK"});
 }
 
-// What the output does while something is wrong.
+// Action of the output during a fault.
 struct OutputAction {
   enum class Kind : std::uint8_t { hold, value };
   Kind kind = Kind::hold;
@@ -72,11 +73,11 @@ struct ControllerInputs {
 };
 
 struct ControllerOutput {
-  double output = 0.0;       // CO units, after all limits: what should go out
-  double calculated = 0.0;   // CO units, before limits: the law's result with what the compensator
-                             // adds, or what was asked for
-  double set_point = 0.0;    // PV units, working set point
-  double jacket_rate = 0.0;  // CO units/s that acted on the integral
+  double output = 0.0;      // CO units, after all limits: what should go out
+  double calculated = 0.0;  // CO units, before limits: the law's result with the correction, or the
+                            // request in manual
+  double set_point = 0.0;   // PV units, working set point
+  double jacket_rate = 0.0;         // CO units/s that acted on the integral
   double jacket_shadow_rate = 0.0;  // CO units/s that the jacket asks for, acting or not
   double correction = 0.0;          // CO units that the compensator added
   double correction_shadow = 0.0;   // CO units that it asks for, acting or not
@@ -94,7 +95,7 @@ class LoopController {
 
   void configure(const ControllerSettings& settings) noexcept;
 
-  // Operator's wishes; non-finite values change nothing.
+  // Requests of the operator; non-finite values are ignored.
   void request_mode(Mode manual_or_automatic) noexcept;
   void request_set_point(double set_point) noexcept {
     law_.set_point.request(set_point);
@@ -102,16 +103,16 @@ class LoopController {
   }
   void request_output(double output) noexcept;  // for manual
 
-  // Without knowledge of what the loop did before (start-up): the output now stands at `output`.
+  // The output is at `output`, CO units, for example at start-up.
   void assume_output(double output) noexcept;
 
-  // One period in the wished mode, or in fallback.
+  // Steps one period in the requested mode, or in fallback.
   ControllerOutput step(const ControllerInputs& in) noexcept;
   ControllerOutput step_fallback(OutputAction action) noexcept;
 
-  // What really went out after the last step: limits and resolution of the device included. The
-  // device's rounding (PidSettings::tolerance) does not move the start of the next rate-limited step:
-  // a ramp slower than one count a period arrives all the same.
+  // Sets the output written after the last step, with limits and resolution of the device. The
+  // device's rounding (PidSettings::tolerance) does not move the start of the next rate-limited
+  // step: a ramp slower than one count per period arrives.
   void applied(double output) noexcept {
     if (!std::isfinite(output)) return;
     if (std::abs(output - commanded_) > law_.settings.pid.tolerance) commanded_ = output;
@@ -121,7 +122,7 @@ class LoopController {
   double output_applied() const noexcept { return applied_; }
   // The same before the device's rounding.
   double output_commanded() const noexcept { return commanded_; }
-  // CO units: what manual holds or goes to, as it was requested; in other modes the output.
+  // CO units: the request in manual; in other modes the output.
   double manual_output() const noexcept {
     return requested_ == Mode::manual ? manual_output_ : applied_;
   }
@@ -133,22 +134,21 @@ class LoopController {
   const ControllerSettings& settings() const noexcept { return law_.settings; }
 
  private:
-  // What one set of settings makes of the inputs, with all that it remembers.
+  // The law of one set of settings, with its state.
   struct Law {
     struct Result {
       double wanted = 0.0;  // CO units, before limits, with what the compensator adds
       double set_point = 0.0;
       double jacket_rate = 0.0;
       double jacket_shadow_rate = 0.0;
-      Correction correction;  // wanted, acting or not
+      Correction correction;  // requested, acting or not
       double added = 0.0;     // CO units, by the compensator
     };
 
     Law(const ControllerSettings& settings, double period_s, double initial_set_point) noexcept;
     void configure(const ControllerSettings& settings) noexcept;
     // `applied`: the output that was really written one period ago, CO units; `commanded`: the
-    // same before the device's
-    // rounding. `starts`: the law begins from there.
+    // same before the device's rounding. `starts`: the law begins from there.
     Result step(const ControllerInputs& in, double applied, double commanded, bool starts) noexcept;
     // The integral takes over what the compensator had added: the output stays.
     void absorb_correction() noexcept;
@@ -160,14 +160,14 @@ class LoopController {
     StickbandJacket jacket;
     Compensator compensator;
     double added = 0.0;          // CO units, by the compensator
-    bool hold_integral = false;  // the compensator's wish
+    bool hold_integral = false;  // requested by the compensator
   };
 
   ControllerOutput step_automatic(const ControllerInputs& in) noexcept;
   ControllerOutput step_manual(const ControllerInputs& in) noexcept;
   ControllerOutput limit(double wanted) noexcept;
   double kept_on_course(double wanted) const noexcept;
-  void stand_at(double output) noexcept {
+  void set_output(double output) noexcept {
     applied_ = output;
     commanded_ = output;
   }
@@ -179,7 +179,7 @@ class LoopController {
   Mode requested_ = Mode::manual;
   Mode mode_ = Mode::manual;
   double manual_output_;  // CO units
-  double applied_;        // CO units, what really went out
+  double applied_;        // CO units, the output really written
   double commanded_;      // CO units, the same before the device's rounding
 };
 

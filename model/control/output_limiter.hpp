@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-// What may leave the controller: range, deadband and rate of change, in this order.
+// Limits the controller's output: range, deadband and rate of change, in this order.
 //
 //   r = clamp(u, low, high)
-//   |r - out(k-1)| < deadband:  r = out(k-1)   unless r is a limit or out(k-1) lies outside them
+//   |r - out(k-1)| < deadband:  r = out(k-1)   unless r is a limit or out(k-1) is outside them
 //   out(k) = clamp(r, out(k-1) - R h, out(k-1) + R h)
 //
-//   u, out, low, high, deadband  CO units;   R  CO units/s, infinity: none;   h  s
+//   u, out, low, high, deadband  CO units;   R  CO units/s, infinity: no limit;   h  s
 //
 // The deadband spares the valve small moves. It holds the output, not the integral: the error that
 // it leaves keeps integrating until the deadband is overcome. It is taken before the rate limit: a
 // slow ramp, whose every step is smaller than the deadband, is not held. A limit is always reached.
-// Errors: none; a non-finite u is passed on for the caller's own check.
+// A non-finite u is passed on; the caller checks it.
 #pragma once
 
 #include <cstdint>

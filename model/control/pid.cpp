@@ -21,8 +21,8 @@ void Pid::derive_coefficients() noexcept {
 }
 
 void Pid::configure(const PidSettings& settings) noexcept {
-  // The last output stays what it was: the change of the other two terms goes into the integral.
-  // The derivative goes on at its new gain, so that the next sample of a moving PV gives no kick.
+  // The last output does not change: the integral takes over the change of the other two terms.
+  // The derivative continues at its new gain, so that the next sample of a moving PV gives no kick.
   const double side = settings.action == settings_.action ? 1.0 : -1.0;
   const double error = side * last_error_;
   const double kd = settings_.gains.kd;
@@ -44,7 +44,7 @@ void Pid::initialise(double output, double set_point, double process_variable) n
 }
 
 double Pid::windup_rate(double integral_action, double excess) const noexcept {
-  // `excess`: by how much the calculated output exceeded what went out, CO units.
+  // `excess`: calculated output minus the output written, CO units.
   if (std::abs(excess) <= settings_.tolerance) return integral_action;
   switch (settings_.anti_windup) {
     case AntiWindup::back_calculation: return integral_action - excess * tracking_rate_;

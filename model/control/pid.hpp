@@ -2,27 +2,26 @@
 // The PI and PID law in positional form, with its integral kept in CO units.
 //
 //   e(k) = SP - PV (reverse action) or PV - SP (direct action)
-//   I(k) = I(k-1) + ( Ki e(k) + w(k) ) h                       then held by the anti-windup, see below
+//   I(k) = I(k-1) + ( Ki e(k) + w(k) ) h                 then limited by the anti-windup below
 //   D(k) = a D(k-1) + (1 - a) Kd d(k),  d(k) = -+ (PV(k) - PV(k-1)) / h,  a = exp(-h / Tf)
 //   u(k) = Kp e(k) + I(k) + D(k)
 //
-//   h   sampling period, s                    w   rate from outside (the stickband jacket), CO units/s
+//   h   sampling period, s                    w   additional rate (stickband jacket), CO units/s
 //   Tf  derivative filter, s; 0: unfiltered   u   calculated output, CO units, before any limit
 //
-// The derivative acts on PV only, so that a set-point step gives no kick. `u_out` below is what
-// really went out one period ago: after limits, rate limit, and the converter.
+// The derivative acts on PV only, so that a set-point step gives no kick. `u_out` below is
+// the output written one period ago: after limits, rate limit, and the converter.
 //
 // Anti-windup:
 //   integral_clamp    I is held within the output's span: [-(hi - lo), hi - lo]; the caller clamps
-//                     the sum. The hold never moves an I that starts outside, it only lets it come in.
-//   back_calculation  w gets + (u_out - u) / Tt from the period before; Tt default Ti, never below h;
-//                     nothing without integral action, which alone could take it back.
+//                     the sum. An I that starts outside is not moved; it may only move inwards.
+//   back_calculation  w gets + (u_out - u) / Tt from the period before; Tt default Ti, at least h;
+//                     off without integral action, because only that could take it back.
 //   conditional       no integration while u_out differs from u and Ki e drives u further away.
 //   A difference within `tolerance` (output deadband, converter resolution) is no windup.
 //
-// Errors: none; non-finite inputs give a non-finite u, which the caller must not write, and stay in
-// the integral until initialise().
-// What it can't do: no set-point weighting on the proportional term, no gain scheduling.
+// Non-finite inputs give a non-finite u, which the caller must not write. They stay in the integral
+// until initialise(). Limits: no set-point weighting on the proportional term, no gain scheduling.
 //
 // Sources: Åström and Hägglund, Advanced PID Control (2006), ch. 3; Sewdass, thesis (Durban
 // University of Technology), ch. 6, for the parallel form.
@@ -70,7 +69,7 @@ class Pid {
   // Starts the law so that its next output is `output` plus one period's integral action.
   void initialise(double output, double set_point, double process_variable) noexcept;
 
-  // One period. `output_before` is what really went out one period ago, CO units;
+  // Steps one period. `output_before` is the output written one period ago, CO units;
   // `extra_rate` is w, CO units/s. Returns u, CO units.
   double step(double set_point, double process_variable, double output_before,
               double extra_rate) noexcept;

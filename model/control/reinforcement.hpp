@@ -1,15 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-// Constant reinforcement: a constant added to CO in the direction in which it goes (kind `reinforcement`).
+// Adds a constant to CO in the direction in which it moves (kind `reinforcement`). It acts in
+// `simulate` and `compare` only; a running loop has it in shadow.
 //
 //   u = uc + a sign(duc)        0 until uc has first moved by more than the noise band
 //
 //   u, uc  CO units     a  amplitude, CO units: about half the stick band     sign by turns.hpp
 //
-// What it can't do: at each reversal CO jumps by 2 a whether or not the valve needs it, and a valve that
-// slips by itself is pushed further. Apart from its start it is backlash_compensator.hpp with a gap of 2 a;
-// what differs is what it is sized by.
+// Limits: at each reversal CO jumps by 2 a whether or not the valve needs it, and a valve that
+// slips by itself is pushed further. After its start it equals backlash_compensator.hpp with a gap
+// of 2 a.
 //
-// Source: Ivan and Lakshminarayanan, ISA Transactions 48 (2009) 512-521; the noise band is this project's.
+// Source: Ivan and Lakshminarayanan, ISA Transactions 48 (2009) 512-521; the noise band is this
+// project's.
 #pragma once
 
 #include "model/control/compensator_contract.hpp"

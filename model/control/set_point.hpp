@@ -24,7 +24,7 @@ class SetPoint {
   SetPoint(const SetPointLimits& limits, double initial) noexcept;
 
   void configure(const SetPointLimits& limits) noexcept;
-  // Asks for a value; clamped to the limits. A non-finite value changes nothing.
+  // Requests a value, clamped to the limits. A non-finite value is ignored.
   void request(double target) noexcept;
   // Makes the ramp start again from here (limits apply).
   void restart_ramp(double from) noexcept;

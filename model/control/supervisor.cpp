@@ -8,7 +8,7 @@ Fault Supervisor::gravest(const Conditions& c) const noexcept {
   if (c.enable_open) return Fault::enable_open;
   if (c.not_finite) return Fault::not_finite;
   if (c.late_cycle && started_) return Fault::late_cycle;
-  // Before the first good value there is nothing to lose yet.
+  // Before the first good value no control can be lost.
   if (!started_ && (c.output_lost || !c.pv_good)) return Fault::starting;
   if (c.output_lost) return Fault::output_lost;
   if (!c.pv_good) return Fault::bad_pv;

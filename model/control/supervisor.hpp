@@ -1,22 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
-// Decides in each period whether the loop may run, or what the output does instead.
+// Decides in each period whether the loop may run, or which action the output takes instead.
 //
-// Faults, the gravest first. Each has one action: hold the output, or send it to a stated value.
+// Faults, the most severe first. Each has one action: hold the output, or move it to a stated
+// value.
 //
 //   stop         the daemon is ending (SIGTERM, SIGINT)
 //   enable_open  the enable contact is open
 //   not_finite   the controller's result was not a number
-//   late_cycle   the cycle came more than `late_cycle_periods` late, once the loop has started
+//   late_cycle   the cycle was more than `late_cycle_periods` late, once the loop has started
 //   output_lost  commands do not reach the positioner
-//   bad_pv       the process variable is bad, or uncertain where that counts as bad; the output is
-//                held for `bad_pv_hold_s` from when PV went bad before the action takes place
+//   bad_pv       the process variable is bad, or uncertain if that counts as bad; the output is
+//                held for `bad_pv_hold_s` after PV became bad before the action takes place
 //   starting     a good PV and a reachable positioner have not been seen together since start-up:
 //                no command leaves until then
-//   output_unknown  nothing has told where the output stands: no command leaves, the output is held
+//   output_unknown  the output's position is not known: no command leaves, the output is held
 //
-// A fault ends when its cause has been gone for `recovery_delay_s`. Then the loop goes back to the
-// mode it had, or to manual where `recovery` says so. The transfer is bumpless (loop_controller.hpp).
-// `starting` and `output_unknown` end with their cause, and the loop goes on in the mode it had.
+// A fault ends when its cause has been absent for `recovery_delay_s`. Then the loop returns to the
+// mode it had, or to manual if `recovery` requires it. The transfer is bumpless
+// (loop_controller.hpp). `starting` and `output_unknown` end with their cause, and the loop keeps
+// its mode.
 #pragma once
 
 #include <cstdint>
@@ -73,7 +75,7 @@ struct Conditions {
 
 struct Decision {
   Fault fault = Fault::starting;
-  OutputAction action;     // while fault is not none
+  OutputAction action;     // during a fault
   bool to_manual = false;  // the fault just ended and the loop is to wait in manual
 };
 
@@ -83,8 +85,9 @@ class Supervisor {
       : settings_(settings), period_s_(period_s) {}
 
   void configure(const SafetySettings& settings) noexcept { settings_ = settings; }
-  // One period: `step`, and then, since how a fault goes on decides what may tell of the output, `settle` with whether
-  // it is known where the output stands. Until it is, no action but that of stop has anything to start from.
+  // One period: `step`, and then `settle` with whether the output's position is known. The fault
+  // found by `step` decides which sources of the position count. While the position is not known,
+  // only the action of stop takes place.
   Decision step(const Conditions& conditions) noexcept;
   Decision settle(Decision decision, bool output_known) noexcept;
   // A good PV and a reachable positioner have been seen together.
@@ -103,13 +106,13 @@ class Supervisor {
 
   SafetySettings settings_;
   double period_s_;
-  Fault fault_ = Fault::starting;  // of those with a cause of their own: never output_unknown
+  Fault fault_ = Fault::starting;  // never output_unknown, which follows from output_known_
   bool output_known_ = true;
   bool started_ = false;
   // Whole periods, so that a delay ends in the period in which it should.
-  std::uint64_t gone_periods_ = 0;     // since the cause of the present fault went away
-  std::uint64_t pv_bad_periods_ = 0;   // since PV went bad, graver faults in between included
-  std::uint64_t pv_good_periods_ = 0;  // since it came back
+  std::uint64_t gone_periods_ = 0;     // since the cause of the present fault ended
+  std::uint64_t pv_bad_periods_ = 0;   // since PV became bad, more severe faults included
+  std::uint64_t pv_good_periods_ = 0;  // since it became good
 };
 
 }  // namespace loopwarden::control

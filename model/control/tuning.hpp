@@ -11,11 +11,12 @@
 //
 //   kp = kc · (CO span / PV span),   ki = kp / ti,   kd = kp · td
 //
-// Ranges: kp >= 0, ki >= 0, kd >= 0 (the action says which way the output moves, never a sign of a
-// gain). An ISA form without proportional action (kc = 0) can't be given: it has no ki. Gains with
-// kp = 0 have no ISA form: to_isa() loses their ki and kd.
+// Ranges: kp >= 0, ki >= 0, kd >= 0 (the action sets the direction of the output, never a sign of
+// a gain). An ISA form without proportional action (kc = 0) can't be given: it has no ki. Gains
+// with kp = 0 have no ISA form: to_isa() loses their ki and kd.
 //
-// Source: ISA-TR5.9 (2023), PID algorithms; Åström and Hägglund, Advanced PID Control (2006), ch. 3.
+// Source: ISA-TR5.9 (2023), PID algorithms; Åström and Hägglund, Advanced PID Control (2006), ch.
+// 3.
 #pragma once
 
 namespace loopwarden::control {

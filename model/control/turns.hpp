@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which way a signal goes, with small reversals left out.
+// Direction in which a signal moves, without small reversals.
 //
 //   rising until u falls below its highest value since by more than `band`, and the other way round
-//   0 until it has moved by more than `band` from where it began
+//   0 until u has moved by more than `band` from its first value
 #pragma once
 
 #include <algorithm>

@@ -1,34 +1,34 @@
 // SPDX-License-Identifier: Apache-2.0
-// The two-move method: one move frees the stem, the next puts it where PV meets SP, and there it stays
-// (kind `two_move`).
+// The two-move method: one move frees the stem, the second one puts it at the position that brings
+// PV to SP (kind `two_move`). It acts in `simulate` and `compare` only; a running loop has it in
+// shadow.
 //
 //   v  = uc - us                                deviation from the estimated steady-state CO us
 //   1: u = uc + sign(duc) (|v| + f d)           for move_time_s after the output has arrived there
-//   (rate limit)
-//   2: u = us                                   and from then on, the law's integral held
+//   2: u = us                                   from then on, with the integral held
 //
 //   u, uc, us, d  CO units     d  stick_band, of the valve, an estimate     f  factor, > 1
 //
-// us is the mean of the stem over a cycle of the limit cycle: in a steady cycle the integral of the error is
-// zero. The stem is taken to rest at the highest uc of the cycle while the error drives uc down, and at the
+// us is the mean of the stem over a cycle: in a steady cycle the integral of the error is zero. The
+// stem is taken to rest at the highest uc of the cycle while the error drives uc down, and at the
 // lowest while it drives it up:
 //   us = lowest + (highest - lowest) (share of the cycle in which the error is negative)
-// Two cycles at the present set point must agree within d/4. (The mean of uc is not us: the valve rests
-// longer at one end, and uc crosses the same way in both.) A loop that does not cycle is left alone.
+// Two cycles at the present set point must agree within d/4. (The mean of uc is not us: the valve
+// rests longer at one end.) A loop that does not cycle stays under PI.
 //
-// It stands back, without a bump, when the set point changes, and when the mean error (first-order mean
-// over mean_error_time_s) exceeds max_mean_error; then the law runs and the cycles are counted afresh.
+// It disengages, without a bump, when the set point changes, and when the mean error (first-order
+// mean over mean_error_time_s) exceeds max_mean_error. Then the cycles are counted again.
 //
-// Offset: the published method takes a stem that goes all the way to u once |u - x| > d. With moving
-// friction it stops (S - J)/2 short of us, and us itself is an estimate, so that PV stays off SP by about
-// K ((S - J)/2 + error of us). After a load change of l PV units the offset is l, until it exceeds
-// max_mean_error: the controller is out of the loop. error() tells it.
+// Offset: the published method takes a stem that moves all the way to u once |u - x| > d. With
+// moving friction it stops (S - J)/2 short of us, and us itself is an estimate, so that PV stays
+// off SP by about K ((S - J)/2 + error of us). After a disturbance of l PV units the offset is l,
+// until it exceeds max_mean_error: the controller is out of the loop.
 //
-// What it can't do: it needs a steady load, and a cycle to learn from; it makes no difference between a
-// cycle that the valve makes and one that comes from outside.
+// Limits: it needs a steady disturbance, and a cycle to learn from. A cycle that the valve makes
+// and one with an external cause look the same to it.
 //
-// Source: Srinivasan and Rengaswamy, Comput. Chem. Eng. 32 (2008) 2218-2229; thesis, equations 4.5 to 4.8.
-// The estimate of us and the standing back are this project's.
+// Source: Srinivasan and Rengaswamy, Comput. Chem. Eng. 32 (2008) 2218-2229; thesis, equations 4.5
+// to 4.8. The estimate of us and the disengagement are this project's.
 #pragma once
 
 #include <cmath>

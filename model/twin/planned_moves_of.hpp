@@ -17,7 +17,7 @@
 #include <string>
 #include <vector>
 
-#include "model/control/planned_moves.hpp"
+#include "model/control/planned_moves_settings.hpp"
 #include "model/plant/loop_model.hpp"
 
 namespace loopwarden::twin {

@@ -10,19 +10,15 @@ using namespace loopwarden;
 using namespace loopwarden::config;
 using control::JacketForm;
 
-TEST_CASE("The backing of a loop follows from its backend", "[config][interlocks]") {
-  CHECK(backing_of(SimIo{}).simulated);
+TEST_CASE("What is behind a loop follows from its backend", "[config][interlocks]") {
   CHECK_FALSE(backing_of(SimIo{}).hardware);
   CHECK(backing_of(hal::modbus::LoopModbusSettings{}).hardware);
   CHECK(backing_of(hal::iio::AnalogSettings{}).hardware);
-  const Backing replay = backing_of(hal::replay::ReplaySettings{});
-  CHECK_FALSE(replay.hardware);
-  CHECK_FALSE(replay.simulated);
+  CHECK_FALSE(backing_of(hal::replay::ReplaySettings{}).hardware);
 }
 
-TEST_CASE("The form paper acts in simulation only", "[config][interlocks]") {
+TEST_CASE("The form paper acts in no running loop", "[config][interlocks]") {
   const control::JacketSettings paper{.form = JacketForm::paper, .max_mean_error = 1.0};
-  CHECK(interlocks_of(paper, {.simulated = true}).none());
   CHECK(interlocks_of(paper, {}).paper);
   CHECK(interlocks_of(paper, {.hardware = true}).paper);
   CHECK_FALSE(interlocks_of({.form = JacketForm::dwell}, {}).paper);
@@ -38,7 +34,6 @@ TEST_CASE("On hardware a jacket acts with max_mean_error only, a compensator wit
 
   control::CompensatorSettings c{.kind = control::CompensatorKind::backlash};
   CHECK(lacks(c, {.hardware = true}) == std::string("limit"));
-  CHECK_FALSE(lacks(c, {.simulated = true}));
   CHECK_FALSE(lacks(c, {}));
   c.shadow = true;
   CHECK_FALSE(lacks(c, {.hardware = true}));
@@ -55,7 +50,7 @@ TEST_CASE("On hardware planned_moves acts with its limits and a narrow interval 
     const char* key = lacks(c, backing);
     return std::string(key == nullptr ? "" : key);
   };
-  CHECK(missing({.simulated = true}) == "");
+  CHECK(missing({}) == "");
   CHECK(missing({.hardware = true}) == "max_move");
   c.planned.max_move = 2.0;
   CHECK(missing({.hardware = true}) == "max_moves_per_hour");
@@ -66,7 +61,7 @@ TEST_CASE("On hardware planned_moves acts with its limits and a narrow interval 
   CHECK_FALSE(too_wide(c, {.hardware = true}));
   c.planned.s_high = 2.1;
   CHECK(too_wide(c, {.hardware = true}));
-  CHECK_FALSE(too_wide(c, {.simulated = true}));
+  CHECK_FALSE(too_wide(c, {}));
   c.shadow = true;
   CHECK_FALSE(too_wide(c, {.hardware = true}));
 }

@@ -277,16 +277,31 @@ TEST_CASE("The jacket needs the valve's position", "[config][loop]") {
 
 TEST_CASE("On hardware the jacket acts within stated bounds only", "[config][loop]") {
   const std::string model = ", valve_position: {model: [{effect: backlash, deadband: 0.4}]}";
-  CHECK(said_of_loop(with_jacket("form: paper, max_mean_error: 1" + model)) ==
-        "loop.yaml:6:18: error: controller.jacket.form: paper may act in simulation only, since it "
-        "can "
-        "park the loop off its set point; add shadow: true, or use bounded\n");
+  CHECK(
+      said_of_loop(with_jacket("form: paper, max_mean_error: 1" + model)) ==
+      "loop.yaml:6:18: error: controller.jacket.form: paper acts in simulate and compare only, "
+      "since it can park the loop off its set point. Add shadow: true, or use bounded or dwell\n");
   CHECK(said_of_loop(with_jacket("form: paper, shadow: true" + model)).empty());
   CHECK(said_of_loop(with_jacket("form: bounded" + model)) ==
         "loop.yaml:6:11: error: controller.jacket: missing key 'max_mean_error' (number > 0, PV "
         "units; "
         "required where the jacket acts on hardware)\n");
   CHECK(said_of_loop(with_jacket("form: bounded, max_mean_error: 1" + model)).empty());
+}
+
+TEST_CASE("Compensators of the thesis act in no running loop, and run in shadow",
+          "[config][loop]") {
+  const std::string compensator = GENERATE("kind: knocker, amplitude: 0.2",
+                                           "kind: two_move, stick_band: 0.8, max_mean_error: 0.5",
+                                           "kind: reinforcement, amplitude: 0.4");
+  const auto said = [&](const std::string& keys) {
+    return said_of_loop(with(kModbusLoop, "  kp: 0.35\n",
+                             "  compensator: {" + compensator + keys + "}\n  kp: 0.35\n"));
+  };
+  CHECK_THAT(said(", limit: 0.5"), Catch::Contains("controller.compensator.kind: ") &&
+                                       Catch::Contains(" acts in simulate and compare only. Add "
+                                                       "shadow: true, or use planned_moves"));
+  CHECK(said(", shadow: true").empty());
 }
 
 TEST_CASE("Corrective action needs a jacket in shadow that is bounded, and specialists",

@@ -331,7 +331,7 @@ TEST_CASE("the status has jacket and compensator in two places, with a unit each
   CHECK(trend.at("compensator")[0] == 2.0);
 }
 
-TEST_CASE("on hardware the paper form of the jacket can't be switched on") {
+TEST_CASE("the paper form of the jacket can't be switched on") {
   Bench bench;
   CHECK(bench.ask(R"({"request": "set", "loop": "FIC-101", "jacket": "on"})").at("ok") == false);
   CHECK(bench.ask(R"({"request": "set", "loop": "FIC-101", "jacket": "shadow"})").at("ok") == true);

@@ -1035,7 +1035,7 @@ TEST_CASE("planned moves don't act if the file does not allow it, nor together w
     CHECK(loop.channels.moves.read()->shadow);
   }
   SECTION("the file has a compensator") {
-    settings.controller.compensator.kind = control::CompensatorKind::knocker;
+    settings.controller.compensator.kind = control::CompensatorKind::backlash;
     Loop loop(settings);
     loop.order({.moves = MovesMode::shadow});
     loop.run(1);
@@ -1244,9 +1244,9 @@ TEST_CASE("the state for the next command is published before the answer to the 
 TEST_CASE("the jacket's rate and the compensator's part are recorded separately") {
   auto settings = plain_settings();
   settings.controller.compensator = {
-      .kind = control::CompensatorKind::reinforcement, .limit = 5.0, .amplitude = 1.5};
+      .kind = control::CompensatorKind::hysteresis, .limit = 5.0, .offset = 1.5};
   Loop loop(settings);
-  loop.io.set_pv(45.0);  // CO moves
+  loop.io.set_pv(55.0);  // CO falls
   loop.run(20);
   CHECK(std::abs(loop.row.compensator) == 1.5F);
   CHECK(std::abs(loop.row.compensator_shadow) == 1.5F);

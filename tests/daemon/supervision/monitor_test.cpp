@@ -767,10 +767,10 @@ TEST_CASE("planned moves: from the explained alarm through a shadow to a steady 
   bench.run(5 * kWindow);
   CHECK(bench.state(AlarmKind::stiction) == AlarmState::unacknowledged);
 
-  // Repaired: the stem follows a probe, and windows can judge the valve again.
-  bench.moves.publish({.phase = control::MovePhase::given_back,
-                       .reason = control::GivenBack::valve_follows,
-                       .for_good = true});
+  // Repaired: the stem follows a probe, and windows judge the valve again.
+  bench.moves.publish({.phase = control::MovePhase::disengaged,
+                       .reason = control::DisengageReason::valve_follows,
+                       .latched = true});
   bench.run(1);
   bench.answer(rt::MovesMode::off);
   CHECK(corrective() == alarm::CorrectiveState::waiting);

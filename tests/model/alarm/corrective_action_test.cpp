@@ -206,7 +206,7 @@ TEST_CASE("a reload restarts it if it acts, and only then", "[monitor][correctiv
 
 namespace {
 
-using loopwarden::control::GivenBack;
+using loopwarden::control::DisengageReason;
 using loopwarden::control::MovePhase;
 using loopwarden::control::MovesState;
 
@@ -218,8 +218,8 @@ MovesState in_shadow(double gain) {
   return {.phase = MovePhase::resting, .gain = gain, .shadow = true};
 }
 
-MovesState ended(GivenBack reason, bool shadow = false, bool for_good = true) {
-  return {.phase = MovePhase::given_back, .reason = reason, .for_good = for_good, .shadow = shadow};
+MovesState ended(DisengageReason reason, bool shadow = false, bool latched = true) {
+  return {.phase = MovePhase::disengaged, .reason = reason, .latched = latched, .shadow = shadow};
 }
 
 // In shadow, after a baseline with this RMS.
@@ -269,9 +269,9 @@ TEST_CASE("planned moves wait for the explanation, and for ten minutes in shadow
     CHECK_FALSE(action.moves(in_shadow(0.0), 100.0).changed());
     CHECK(action.moves(in_shadow(0.3), 100.0).order == Order::on);
   }
-  SECTION("disengaged in shadow") {
-    CHECK_FALSE(action.moves(ended(GivenBack::stem_stands, true, false), 1.0).changed());
-    const CorrectiveStep step = action.moves(ended(GivenBack::no_gain, true), 1.0);
+  SECTION("given back in shadow") {
+    CHECK_FALSE(action.moves(ended(DisengageReason::stem_stuck, true, false), 1.0).changed());
+    const CorrectiveStep step = action.moves(ended(DisengageReason::no_gain, true), 1.0);
     CHECK(step.to == State::given_up);
     CHECK(step.order == Order::back);
   }
@@ -378,19 +378,20 @@ TEST_CASE("planned moves are judged by RMS before and after, and by their own ch
   }
   SECTION("repaired: not again before another alarm is explained") {
     windows(action, kDecision, errors(1.0));
-    const CorrectiveStep step = action.moves(ended(GivenBack::valve_follows), 1.0);
+    const CorrectiveStep step = action.moves(ended(DisengageReason::valve_follows), 1.0);
     CHECK(step.order == Order::back);
     CHECK(step.to == State::waiting);
     CHECK_FALSE(windows(action, 20, errors(1.0)).changed());
     action.explained(true);
     CHECK(windows(action, 1, errors(10.0)).order == Order::shadow);
   }
-  SECTION("disengaged") {
-    CHECK(action.moves(ended(GivenBack::no_gain), 1.0).to == State::given_up);
+  SECTION("given back") {
+    CHECK(action.moves(ended(DisengageReason::no_gain), 1.0).to == State::given_up);
   }
   SECTION("disengaged: in shadow once more for a time, and given up the third time") {
     for (int time = 1; time <= kMostDisengaged; ++time) {
-      const CorrectiveStep step = action.moves(ended(GivenBack::contradiction, false, false), 1.0);
+      const CorrectiveStep step =
+          action.moves(ended(DisengageReason::contradiction, false, false), 1.0);
       CHECK(step.order == Order::back);
       CHECK(std::string(step.why).find("contradict") != std::string::npos);
       CHECK(step.to == (time < kMostDisengaged ? State::waiting : State::given_up));
@@ -400,8 +401,8 @@ TEST_CASE("planned moves are judged by RMS before and after, and by their own ch
       REQUIRE(action.moves(in_shadow(0.4), kShadow_s).to == State::trying);
     }
   }
-  SECTION("the earlier result of the shadow is ignored") {
-    CHECK_FALSE(action.moves(ended(GivenBack::no_gain, true), 1.0).changed());
+  SECTION("what the shadow did before is of no account") {
+    CHECK_FALSE(action.moves(ended(DisengageReason::no_gain, true), 1.0).changed());
   }
   SECTION("vetoed, and the veto lifted: the valve is still known") {
     CHECK(action.veto(Veto::back).order == Order::back);

@@ -29,7 +29,7 @@ CompensatorSettings any_compensator() {
   CompensatorSettings c;
   c.kind = any_of({Kind::none, Kind::knocker, Kind::two_move, Kind::reinforcement, Kind::backlash,
                    Kind::hysteresis});
-  c.shadow = property::coin();
+  c.shadow = property::coin() || acts_in_simulation_only(c.kind);
   c.limit = property::number(0.1, 20.0);
   c.amplitude = property::number(0.1, 10.0);
   c.stick_band = property::number(0.1, 10.0);
@@ -42,8 +42,9 @@ CompensatorSettings any_compensator() {
 
 JacketSettings any_jacket() {
   using Form = JacketForm;
-  return {.form = any_of({Form::off, Form::paper, Form::bounded, Form::dwell}),
-          .shadow = property::coin(),
+  const Form form = any_of({Form::off, Form::paper, Form::bounded, Form::dwell});
+  return {.form = form,
+          .shadow = property::coin() || form == Form::paper,
           .gain_per_s = property::number(0.0, 50.0),
           .dead_zone = property::number(0.0, 2.0),
           .max_mean_error = property::number(0.1, 50.0)};

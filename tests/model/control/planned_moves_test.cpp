@@ -149,7 +149,7 @@ TEST_CASE("planned moves stop the cycle of a sticking valve, with and without re
   m.controller.compensator.planned.read_back = read_back;
   const Run with = run(m, 4000.0);
   REQUIRE(with.was(MovePhase::resting));
-  CHECK(with.state.reason == GivenBack::no);
+  CHECK(with.state.reason == DisengageReason::none);
   CHECK(with.rms(20000) < (load > 0.0 ? 0.7 : 0.3) * without.rms(20000));
   CHECK(with.state.gain < 1.0);
 }
@@ -179,8 +179,8 @@ TEST_CASE("a healthy valve follows the probe, and the moves disengage for good",
   const Run with = run(m, 3000.0);
   REQUIRE(with.was(MovePhase::probing));
   CHECK_FALSE(with.was(MovePhase::moving));
-  CHECK(with.state.phase == MovePhase::given_back);
-  CHECK(with.state.reason == GivenBack::valve_follows);
+  CHECK(with.state.phase == MovePhase::disengaged);
+  CHECK(with.state.reason == DisengageReason::valve_follows);
   CHECK(with.rms(0) < 1.02 * without.rms(0));
 }
 
@@ -224,9 +224,9 @@ TEST_CASE("after the loss of the read-back the moves disengage without a bump",
   const Run with = run(m, 3000.0, [](double time_s, double stem) {
     return ReadBack{stem, time_s < 2500.0};
   });
-  CHECK(with.state.phase == MovePhase::given_back);
-  CHECK(with.state.reason == GivenBack::read_back_lost);
-  const std::size_t given = with.first(MovePhase::given_back);
+  CHECK(with.state.phase == MovePhase::disengaged);
+  CHECK(with.state.reason == DisengageReason::read_back_lost);
+  const std::size_t given = with.first(MovePhase::disengaged);
   REQUIRE(given >= 25000);
   REQUIRE(given < with.co.size());
   // Only the law's own response to noise.
@@ -243,8 +243,8 @@ TEST_CASE("a read-back that froze or moved by itself is not trusted", "[control]
     if (time_s < 3000.0) last = stem;
     return ReadBack{last};
   });
-  REQUIRE(with.phase[29999] != MovePhase::given_back);
-  CHECK(std::find(with.phase.begin() + 30000, with.phase.end(), MovePhase::given_back) !=
+  REQUIRE(with.phase[29999] != MovePhase::disengaged);
+  CHECK(std::find(with.phase.begin() + 30000, with.phase.end(), MovePhase::disengaged) !=
         with.phase.end());
 }
 
@@ -254,9 +254,9 @@ TEST_CASE("a repaired valve disengages the moves", "[control][planned_moves]") {
   m.valve_effects.clear();
   m.controller.compensator = moves(0.01);
   const Run with = run(m, 8000.0);
-  REQUIRE(with.phase[29999] != MovePhase::given_back);
-  CHECK(with.state.phase == MovePhase::given_back);
-  CHECK(with.state.reason == GivenBack::valve_follows);
+  REQUIRE(with.phase[29999] != MovePhase::disengaged);
+  CHECK(with.state.phase == MovePhase::disengaged);
+  CHECK(with.state.reason == DisengageReason::valve_follows);
 }
 
 TEST_CASE("a valve that is repaired while CO is held is probed, and the moves disengage",
@@ -269,8 +269,8 @@ TEST_CASE("a valve that is repaired while CO is held is probed, and the moves di
   m.controller.compensator.planned.j = 0.98 * kS;
   const Run with = run(m, 8000.0);
   REQUIRE(with.phase[29999] == MovePhase::resting);
-  CHECK(with.state.phase == MovePhase::given_back);
-  CHECK(with.state.reason == GivenBack::valve_follows);
+  CHECK(with.state.phase == MovePhase::disengaged);
+  CHECK(with.state.reason == DisengageReason::valve_follows);
 }
 
 TEST_CASE("a late read-back disengages the moves for good after one move",
@@ -282,10 +282,10 @@ TEST_CASE("a late read-back disengages the moves for good after one move",
     stems.push_back(stem);
     return ReadBack{time_s < 4000.0 ? stem : stems[stems.size() - 51]};  // 5 s
   });
-  REQUIRE(with.phase[39999] != MovePhase::given_back);
-  CHECK(with.state.phase == MovePhase::given_back);
-  CHECK(with.state.reason == GivenBack::moved_late);
-  CHECK(with.state.for_good);
+  REQUIRE(with.phase[39999] != MovePhase::disengaged);
+  CHECK(with.state.phase == MovePhase::disengaged);
+  CHECK(with.state.reason == DisengageReason::moved_late);
+  CHECK(with.state.latched);
 }
 
 TEST_CASE("on an integrating process the moves disengage", "[control][planned_moves]") {
@@ -298,8 +298,8 @@ TEST_CASE("on an integrating process the moves disengage", "[control][planned_mo
   m.controller.compensator.planned.time_constant_s = 20.0;
   const Run with = run(m, 8000.0);
   REQUIRE(with.was(MovePhase::probing));
-  CHECK(with.state.phase == MovePhase::given_back);
-  CHECK(with.state.for_good);
+  CHECK(with.state.phase == MovePhase::disengaged);
+  CHECK(with.state.latched);
   CHECK(with.rms(40000) < 1.3 * without.rms(40000));
 }
 
@@ -350,7 +350,7 @@ TEST_CASE("no move is longer and no hour has more than allowed", "[control][plan
   }
   const std::size_t from = with.first(MovePhase::resting);
   for (std::size_t k = from + 1; k < with.co.size(); ++k) {
-    if (with.phase[k] == MovePhase::given_back) break;
+    if (with.phase[k] == MovePhase::disengaged) break;
     REQUIRE(std::abs(with.co[k] - with.co[k - 1]) < 0.5 + 2.0 * kS);
   }
 }
@@ -382,7 +382,7 @@ TEST_CASE("the gain that a shadow reports is the gain that acting achieves",
   plant::LoopModel m = loop("karnopp", 0.01);
   m.controller.compensator = moves(0.01);
   const Run acting = run(m, 8000.0);
-  REQUIRE(acting.state.reason == GivenBack::no);
+  REQUIRE(acting.state.reason == DisengageReason::none);
   m.controller.compensator.shadow = true;
   const Run shadow = run(m, 8000.0);
   CHECK(shadow.state.gain == Approx(acting.state.gain).margin(0.1));
@@ -498,7 +498,7 @@ TEST_CASE("a set point that steps just after a move did not move the stem is fol
   CHECK(bench.co > before + 1.0);
   bench.steps(300);
   CHECK(bench.plant.true_process_variable() == Approx(12.0).margin(0.3));
-  CHECK(bench.state().reason == GivenBack::no);
+  CHECK(bench.state().reason == DisengageReason::none);
 }
 
 TEST_CASE("a set point that steps just after the stem slipped by itself is followed at once",
