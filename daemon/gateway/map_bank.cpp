@@ -35,7 +35,7 @@ namespace {
 
 RegisterSpec spec_of(const Register& reg, ByteOrder order) {
   // The word order applies to 32-bit values. Single registers are big-endian, as Modbus specifies.
-  const bool wide = map::width(reg) == 2;
+  const bool wide = registers::width(reg) == 2;
   return {.type = reg.type, .order = wide ? order : ByteOrder::abcd, .scale = reg.scale};
 }
 
@@ -111,7 +111,7 @@ Exception MapBank::collect(Table table, std::uint16_t address,
     if (!registers::writable(*place.reg) || (of_loop && loops_.controlled_elsewhere(place.loop))) {
       return Exception::illegal_address;
     }
-    const std::size_t words = map::width(*place.reg);
+    const std::size_t words = registers::width(*place.reg);
     // A value of two registers must be written whole.
     if (place.word != 0 || i + words > values.size()) return Exception::illegal_value;
     const auto some = values.subspan(i, words);
@@ -194,7 +194,7 @@ bool is_output_in_force(double value, bool reads_so, const LoopReading& loop) {
 void MapBank::find_in_force(std::vector<Wish>& wishes, MapValues& snapshot) const {
   std::map<std::size_t, Mode> new_modes;  // for loops whose mode the request changes
   for (Wish& wish : wishes) {             // in the order of addresses: the mode is first
-    if (wish.reg->area != map::Area::loop || is_momentary(*wish.reg)) continue;
+    if (wish.reg->area != registers::Area::loop || is_momentary(*wish.reg)) continue;
     const LoopReading& loop = snapshot.loop(wish.loop);
     hal::modbus::Registers reads;
     hal::modbus::encode(spec_of(*wish.reg, server_.word_order),

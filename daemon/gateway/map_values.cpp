@@ -277,7 +277,7 @@ double MapValues::value(const Register& reg, std::size_t index) {
       return process_bits(of(), [](const alarm::Alarm& a) { return a.shelved(); });
     case Field::process_suppressed:
       return process_bits(
-          of(), [](const model::Alarm& a) { return a.state() == model::AlarmState::suppressed; });
+          of(), [](const alarm::Alarm& a) { return a.state() == alarm::AlarmState::suppressed; });
     // Momentary coils read 0.
     case Field::acknowledge_process:
     case Field::unshelve_process:

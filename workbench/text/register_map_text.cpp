@@ -48,7 +48,7 @@ void table_rows(std::string& text, Table table, Area area) {
 
 void reserved_rows(std::string& text, Table table) {
   text += "\nReserved, 0 at present:\n\n| offset | addresses | what |\n|---|---|---|\n";
-  for (const map::Reserved& place : map::reserved()) {
+  for (const registers::Reserved& place : registers::reserved()) {
     if (place.table != table) continue;
     text += fmt::format("| {} | {} | {} |\n", place.offset, place.words, place.meaning);
   }
