@@ -307,7 +307,7 @@ void print_valve_alarm(DaemonClient& daemon, const Options& options,
   }
 }
 
-int run_explain(const Options& options) {
+int run_explain_alarm(const Options& options) {
   DaemonClient daemon(options.socket);
   check_loop(daemon, options.loop);
   const protocol::Explained answer =
@@ -365,7 +365,7 @@ void add_alarms(Program& program) {
   const auto action = [&](const char* name, const char* wire, const char* meaning) {
     const bool explains = std::string(wire) == "explain";
     Command verb = command.verb(name, meaning, [&o, wire, explains] {
-      return explains ? run_explain(o) : run_action(o, wire);
+      return explains ? run_explain_alarm(o) : run_action(o, wire);
     });
     verb.required("loop", o.loop, "tag of the loop; box: the box itself");
     const bool takes_incident = std::string(wire) == "acknowledge";

@@ -51,7 +51,7 @@ bool is_there(const fs::path& path) {
   return fs::symlink_status(path).type() != fs::file_type::not_found;
 }
 
-constexpr std::chrono::milliseconds kLookEvery{20};
+constexpr std::chrono::milliseconds kLookAtChildEvery{20};
 
 // A program that lists the tags of a source.
 struct Browser {
@@ -83,7 +83,7 @@ int browse(const Browser& browser, const fs::path& list) {
     base::ChildProcess child(browser.program, browser.words,
                              {.output = file.fd(), .errors = STDERR_FILENO, .idle = false});
     std::optional<int> code;
-    while (!(code = child.ended())) std::this_thread::sleep_for(kLookEvery);
+    while (!(code = child.ended())) std::this_thread::sleep_for(kLookAtChildEvery);
     return *code;
   } catch (const std::system_error& e) {
     fail(kExitIo,

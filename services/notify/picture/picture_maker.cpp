@@ -24,7 +24,8 @@ namespace {
 
 namespace history = page::history;
 
-constexpr std::size_t kStackBytes = 1024UL * 1024UL;  // fonts need more than the loops' threads do
+constexpr std::size_t kPictureStackBytes =
+    1024UL * 1024UL;  // fonts need more than the loops' threads do
 constexpr std::chrono::milliseconds kDaemonPatience{1000};
 constexpr std::size_t kPoints = 1600;  // about three per pixel
 constexpr std::int64_t kHour_ms = 3'600'000;
@@ -66,7 +67,7 @@ history::Stretch stretch_of(const Event& event, double sample_time_s, double acc
 PictureMaker::PictureMaker(std::string socket, const date::time_zone* zone)
     : zone_(zone),
       daemon_(std::move(socket), kDaemonPatience),
-      errand_("lw-picture", kStackBytes) {}
+      errand_("lw-picture", kPictureStackBytes) {}
 
 std::vector<Picture> PictureMaker::of(const Message& message) {
   std::vector<std::pair<std::size_t, Event>> events;

@@ -22,7 +22,7 @@ constexpr std::uint64_t kNewestLines = 200;  // of the journal
 // Time limit for all explanations of one change.
 constexpr std::chrono::milliseconds kExplains{2000};
 // An answer that takes longer counts as missing.
-constexpr std::chrono::milliseconds kLate{3000};
+constexpr std::chrono::milliseconds kLateAfter{3000};
 
 }  // namespace
 
@@ -168,7 +168,7 @@ std::chrono::milliseconds Watcher::silent() const {
   const std::lock_guard lock(mutex_);
   const auto since =
       std::chrono::duration_cast<std::chrono::milliseconds>(Clock::now() - answered_);
-  return error_.empty() && since < kPeriod + kLate ? std::chrono::milliseconds(0) : since;
+  return error_.empty() && since < kPeriod + kLateAfter ? std::chrono::milliseconds(0) : since;
 }
 
 std::string Watcher::error() const {
