@@ -154,7 +154,7 @@ rt::Command CorrectiveControl::command_of(const alarm::CorrectiveStep& step) con
 }
 
 // The result of the line is known once the loop has answered the command.
-journal::JournalEntry CorrectiveControl::line_of(const model::CorrectiveStep& step) const {
+journal::JournalEntry CorrectiveControl::line_of(const alarm::CorrectiveStep& step) const {
   journal::JournalEntry line;
   line.kind = journal::JournalEntry::Kind::system;
   line.utc_ms = alarms_.now_ms();
