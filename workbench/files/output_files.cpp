@@ -76,7 +76,7 @@ void forget(const fs::path& path) {
   }
 }
 
-[[noreturn]] void fail(const fs::path& path, std::string_view what, int error) {
+[[noreturn]] void fail_at(const fs::path& path, std::string_view what, int error) {
   throw OutputError(kExitIo, path.string() + ": " + std::string(what) + ": " +
                                  std::generic_category().message(error));
 }
@@ -194,13 +194,13 @@ void OutputFiles::make_folder(const fs::path& folder) {
     folders_.push_back(folder);
     remember(folder, true);
   } else if (errno != EEXIST || !fs::is_directory(folder, error)) {
-    fail(folder, "can't be made", errno);
+    fail_at(folder, "can't be made", errno);
   }
 }
 
 fs::path OutputFiles::make_scratch_folder() {
   std::string folder = (fs::temp_directory_path() / "loopwarden-XXXXXX").string();
-  if (::mkdtemp(folder.data()) == nullptr) fail(folder, "can't be made", errno);
+  if (::mkdtemp(folder.data()) == nullptr) fail_at(folder, "can't be made", errno);
   folders_.emplace_back(folder);
   remember(folder, true);
   return folder;
@@ -219,14 +219,14 @@ fs::path OutputFiles::stage(const fs::path& path) {
     // Follows links, including dangling ones, so that the link is kept.
     std::error_code error;
     if (fs::is_symlink(path)) staged.target = fs::weakly_canonical(path, error);
-    if (error) fail(path, "can't be written", error.value());
-    if (fs::is_directory(staged.target, error)) fail(path, "can't be written", EISDIR);
-    if (staged.target.filename().empty()) fail(path, "can't be written", EISDIR);
+    if (error) fail_at(path, "can't be written", error.value());
+    if (fs::is_directory(staged.target, error)) fail_at(path, "can't be written", EISDIR);
+    if (staged.target.filename().empty()) fail_at(path, "can't be written", EISDIR);
     if (::access(staged.target.c_str(), W_OK) != 0 && errno != ENOENT) {
-      fail(path, "can't be written", errno);
+      fail_at(path, "can't be written", errno);
     }
     const fs::path folder = staged.target.has_parent_path() ? staged.target.parent_path() : ".";
-    if (::access(folder.c_str(), W_OK) != 0) fail(path, "can't be written", errno);
+    if (::access(folder.c_str(), W_OK) != 0) fail_at(path, "can't be written", errno);
     staged.temporary = beside(staged.target, ".tmp");
   }
   remember(staged.temporary, false);
@@ -237,7 +237,7 @@ fs::path OutputFiles::stage(const fs::path& path) {
 
 void OutputFiles::add(const fs::path& path, std::string_view text) {
   const int error = write_file(stage(path), O_CREAT | O_TRUNC, text);
-  if (error != 0) fail(path, "can't be written", error);
+  if (error != 0) fail_at(path, "can't be written", error);
   const auto staged = std::find_if(staged_.begin(), staged_.end(),
                                    [&](const Staged& one) { return one.asked == path; });
   std::rotate(staged, staged + 1, staged_.end());
@@ -304,7 +304,7 @@ void OutputFiles::commit() {
         ::unlink(one->staged->target.c_str());
       }
     }
-    fail(failed, "can't be written", error);
+    fail_at(failed, "can't be written", error);
   }
   for (const Named& one : done) {
     if (!one.earlier.empty()) ::unlink(one.earlier.c_str());
