@@ -197,7 +197,7 @@ TEST_CASE("a runtime directory that is a file is an error before the start",
   folder.write("run", "");
   folder.write("loopwardend.yaml", "runtime_directory: run\n");
   CHECK(said_of(folder).find("loopwardend.yaml:1:20: error: runtime_directory: must be a folder, "
-                             "or not there yet") != std::string::npos);
+                             "or not exist yet") != std::string::npos);
   CHECK_FALSE(validate(folder.path()).reading.runnable);
   folder.write("loopwardend.yaml", "runtime_directory: loops.d\n");
   CHECK(said_of(folder).empty());

@@ -122,7 +122,7 @@ TEST_CASE("a child that fails, dies or answers nonsense is reported with a reaso
   const auto [script, most_s, why] = GENERATE(table<std::string, int, std::string>(
       {{"exit 65", 60, "ended with 65"},
        {"kill -9 $$", 60, "ended with 137"},
-       {"exit 0", 60, "not there"},
+       {"exit 0", 60, "missing or unreadable"},
        {"echo '{\"alarm\": 3}' > \"$3/explanation.json\"", 60, "unknown alarm"},
        {"exec sleep 600", 1, "not finished within 1 s"}}));
   Bench bench(script);
@@ -146,7 +146,7 @@ TEST_CASE("one job at a time, each when its minutes are recorded; a full queue i
   explainer.post(bench.job(2));  // no room
   REQUIRE(bench.reports.size() == 1);
   CHECK(bench.reports[0].job.loop == 2);
-  CHECK_THAT(bench.reports[0].why, Catch::Contains("2 explanations wait"));
+  CHECK_THAT(bench.reports[0].why, Catch::Contains("2 explanations are waiting"));
   explainer.start();
   REQUIRE(bench.wait(3));
   CHECK(bench.reports[1].job.loop == 1);

@@ -120,7 +120,7 @@ TEST_CASE("in doubt a loop waits in manual, with the reason in the journal", "[r
   }
   SECTION("the position of the output is unknown") {
     loop.start.output_is_told = false;
-    why = "where the output stands";
+    why = "the position of the output is unknown";
   }
   const WarmStart warm = warm_start(loop, known(last));
   CHECK(warm.start.mode == Mode::manual);

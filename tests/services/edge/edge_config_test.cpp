@@ -115,7 +115,7 @@ TEST_CASE("errors are reported with their place", "[edge]") {
   CHECK_THAT(
       complaints(
           "broker: {url: 'mqtts://b', certificate_file: c}\nsparkplug: {group: a, edge: b}\n"),
-      Catch::Contains("both or none"));
+      Catch::Contains("belong together. Give"));
   CHECK_THAT(complaints("broker: {url: 'mqtt://b', ca_file: c}\nsparkplug: {group: a, edge: b}\n"),
              Catch::Contains("need TLS"));
   CHECK_THAT(complaints(std::string(kLeast) + "store: {resend_window: 20}\n"),

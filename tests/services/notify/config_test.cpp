@@ -88,7 +88,7 @@ TEST_CASE("a file whose routes omit the box gives a warning", "[notify][config]"
   // A log is no route to people.
   CHECK_THAT(
       said(with(everybody, "- {channels: [log]}\n  - {channels: [mail], loops: [\"FIC-*\"]}")),
-      Catch::Contains("all routes tell them"));
+      Catch::Contains("all routes report them"));
   CHECK_THAT(said(with(everybody, "- {channels: [log, mail], alarms: [stiction, disk_full]}")),
              Catch::Contains("no route has the box's clock_stepped, feeder_lost,") &&
                  Catch::Contains("no channel reports them"));
@@ -142,7 +142,7 @@ TEST_CASE("each error is reported with its place", "[notify][config]") {
       {"alarms: [daemon]", "states: [gone]", "must hold came, went, acknowledged or shelved"},
       {"alarms: [daemon]", "min_severity_percent: 101", "must be >= 0 and <= 100 %"},
       {"alarms: [daemon]", "states: [went], repeat: {every_min: 5}",
-       "must have `came` where the route repeats"},
+       "must have `came` if the route repeats"},
       {"alarms: [daemon]", "repeat: {every_min: 0}", "from 1 to 10080 min"},
       {"alarms: [daemon]", "escalation: [{channels: [log]}]", "missing key 'after_min'"},
       {"channels:\n", "time_zone: Europe/Atlantis\nchannels:\n", "must be a time zone"},

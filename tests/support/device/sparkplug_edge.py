@@ -16,7 +16,7 @@ import time
 
 import paho.mqtt.client
 
-PROTO = pathlib.Path(__file__).parents[3] / "net" / "sparkplug"
+PROTO = pathlib.Path(__file__).parents[3] / "services/net/sparkplug"
 made = tempfile.TemporaryDirectory()
 subprocess.run(["protoc", f"--proto_path={PROTO}", f"--python_out={made.name}", "sparkplug_b.proto"], check=True)
 sys.path.insert(0, made.name)

@@ -80,6 +80,16 @@ TEST_CASE("An existing file takes precedence over the package's") {
   CHECK(found == "examples/some-data/record.csv");
 }
 
+TEST_CASE("The package has the files under their names before the move to examples/ too") {
+  const TemporaryFolder share;
+  write(share / "loopwarden/some-data/record.csv");
+  write(share / "doc/loopwarden/examples/models/plant1.yaml");
+  CHECK(installed("data/some-data/record.csv", share.path().string()) ==
+        (share / "loopwarden/some-data/record.csv").string());
+  CHECK(installed("config/examples/models/plant1.yaml", share.path().string()) ==
+        (share / "doc/loopwarden/examples/models/plant1.yaml").string());
+}
+
 TEST_CASE("Input files are searched in the package, output files are not") {
   const TemporaryFolder share;
   write(share / "loopwarden/some-data/record.csv");
@@ -107,11 +117,11 @@ TEST_CASE("Documents of the package link only to its own files") {
   const fs::path share = tree / "usr/share";
   for (const char* name : {"gap-example", "specialists"}) {
     fs::create_directories(share / "loopwarden");
-    fs::copy(source / "data" / name, share / "loopwarden" / name, fs::copy_options::recursive);
+    fs::copy(source / "examples" / name, share / "loopwarden" / name, fs::copy_options::recursive);
   }
   fs::create_directories(share / "loopwarden/measured");
   for (const char* name : {"measured/gap", "measured/README.md"}) {
-    fs::copy(source / "data" / name, share / "loopwarden" / name, fs::copy_options::recursive);
+    fs::copy(source / "examples" / name, share / "loopwarden" / name, fs::copy_options::recursive);
   }
   const std::string command =
       (source / "tools/installed-documents").string() + " " + tree.path().string();

@@ -120,7 +120,7 @@ TEST_CASE("a wrong server admits no user", "[slapd]") {
   }
   SECTION("no CA file") {
     settings.ca_file = slapd.password_file();
-    CHECK_THAT(why(), Contains("its certificate is not by"));
+    CHECK_THAT(why(), Contains("the certificate is not by"));
     CHECK_THROWS_WITH(ldap::check_files(settings), Contains("no authority's certificate in PEM"));
   }
   SECTION("the searching account") {
