@@ -233,7 +233,7 @@ TEST_CASE("tags of an OPC UA server are listed by loopwarden-opcua", "[discover]
       run("PATH=/nonexistent " LOOPWARDEN_CLI " discover --opcua opc.tcp://h --out " +
           site.path("new") + " 2>&1");
   CHECK(missing.exit_code == 74);
-  CHECK(holds(missing.text, "loopwarden-opcua: No such file or directory; it comes with"));
+  CHECK(holds(missing.text, "loopwarden-opcua: No such file or directory; install the package"));
   CHECK_FALSE(fs::exists(site.folder / "new"));
 }
 
