@@ -93,10 +93,10 @@ json to_json(const watch::RoutineWatch::Judgement& j) {
           {"standing", j.evidence.standing},
           {"relation", j.evidence.relation},
           {"turns",
-           {{"count", j.evidence.turns.count},
-            {"travel_scatter", j.evidence.turns.travel_scatter},
-            {"cycle_scatter", j.evidence.turns.cycle_scatter},
-            {"four_cycle_scatter", j.evidence.turns.four_cycle_scatter}}},
+           {{"count", j.evidence.reversals.count},
+            {"travel_scatter", j.evidence.reversals.travel_scatter},
+            {"cycle_scatter", j.evidence.reversals.cycle_scatter},
+            {"four_cycle_scatter", j.evidence.reversals.four_cycle_scatter}}},
           {"nats",
            {{"before", j.sum_before}, {"from_specialists", j.from_specialists}, {"after", j.sum}}}};
 }
@@ -201,12 +201,13 @@ watch::RoutineWatch::Judgement routine_of(const json& j) {
                 .standing = j.value("standing", 0.0),  // missing in files from before these three
                                                        // were computed
                 .relation = j.value("relation", 1.0),
-                .turns = {}};
-  if (const auto turns = j.find("turns"); turns != j.end()) {
-    r.evidence.turns = {.count = turns->at("count").get<std::size_t>(),
-                        .travel_scatter = turns->at("travel_scatter").get<double>(),
-                        .cycle_scatter = turns->at("cycle_scatter").get<double>(),
-                        .four_cycle_scatter = turns->at("four_cycle_scatter").get<double>()};
+                .reversals = {}};
+  if (const auto reversals = j.find("turns"); reversals != j.end()) {
+    r.evidence.reversals = {
+        .count = reversals->at("count").get<std::size_t>(),
+        .travel_scatter = reversals->at("travel_scatter").get<double>(),
+        .cycle_scatter = reversals->at("cycle_scatter").get<double>(),
+        .four_cycle_scatter = reversals->at("four_cycle_scatter").get<double>()};
   }
   const json& nats = j.at("nats");
   r.sum_before = nats.at("before").get<double>();

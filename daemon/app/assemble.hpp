@@ -22,15 +22,15 @@
 #include "config/validation/specialist_files.hpp"
 #include "daemon/app/watchdog.hpp"
 #include "daemon/app/watched_loops.hpp"
-#include "daemon/host/box_board.hpp"
-#include "daemon/host/box_looker.hpp"
+#include "daemon/host/host_alarms.hpp"
+#include "daemon/host/host_probe.hpp"
 #include "daemon/console/control_server.hpp"
 #include "daemon/console/status_server.hpp"
 #include "daemon/gateway/gateway.hpp"
 #include "daemon/journal/journal.hpp"
 #include "daemon/supervision/monitor.hpp"
 #include "daemon/recorder/historian.hpp"
-#include "daemon/reports/report_desk.hpp"
+#include "daemon/reports/report_queue.hpp"
 
 namespace loopwarden::daemon {
 
@@ -75,9 +75,9 @@ struct Assembly {
   Historian historian;
   journal::Journal journal;
   supervision::AlarmRegistry alarms;
-  host::BoxBoard box_alarms;
-  host::BoxLooker box_looker;
-  reports::ReportDesk reports;
+  host::HostAlarms box_alarms;
+  host::HostProbe box_looker;
+  reports::ReportQueue reports;
   EvidenceFlow evidence;
   Watching watching;
   Reloader reloader;

@@ -6,7 +6,7 @@
 #include <variant>
 
 #include "hal/contract/out_of_service.hpp"
-#include "hal/feed/feed_board.hpp"
+#include "hal/feed/feed_table.hpp"
 #include "hal/iio/analog_loop_io.hpp"
 #include "hal/modbus/modbus_bus.hpp"
 #include "hal/modbus/modbus_loop_io.hpp"
@@ -77,7 +77,7 @@ std::unique_ptr<hal::LoopIo> BackendFactory::make(const config::LoopConfig& loop
 }
 
 std::unique_ptr<hal::LoopSource> BackendFactory::make_source(const config::LoopConfig& loop,
-                                                             hal::feed::FeedBoard& board) {
+                                                             hal::feed::FeedTable& board) {
   if (config::out_of_service(loop.io) != nullptr) {
     return std::make_unique<hal::OutOfServiceSource>();
   }

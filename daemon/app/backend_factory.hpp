@@ -12,7 +12,7 @@ namespace loopwarden::hal::modbus {
 class ModbusBus;
 }
 namespace loopwarden::hal::feed {
-class FeedBoard;
+class FeedTable;
 }
 
 namespace loopwarden::daemon {
@@ -31,7 +31,7 @@ class BackendFactory {
   std::unique_ptr<hal::LoopIo> make(const config::LoopConfig& loop);
   // Makes the source of a loop that another controller runs. `board` must outlive it.
   std::unique_ptr<hal::LoopSource> make_source(const config::LoopConfig& loop,
-                                               hal::feed::FeedBoard& board);
+                                               hal::feed::FeedTable& board);
   // Log of links and analog channels.
   base::LimitedLog& log() noexcept { return log_; }
 

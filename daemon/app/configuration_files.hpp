@@ -11,7 +11,7 @@
 
 #include "config/diagnostic.hpp"
 #include "config/loop_config.hpp"
-#include "base/errand/disk_errand.hpp"
+#include "base/blocking/blocking_worker.hpp"
 
 namespace loopwarden::daemon {
 
@@ -45,7 +45,7 @@ class ConfigurationFiles {
   std::filesystem::path folder_;
   std::shared_ptr<Reading> now_;  // null: no read is in progress
   bool slow_reported_ = false;
-  base::DiskErrand reader_{"lw-reload"};
+  base::BlockingWorker reader_{"lw-reload"};
 };
 
 }  // namespace loopwarden::daemon

@@ -15,7 +15,7 @@
 #include "daemon/loops/loop_runtime.hpp"
 #include "daemon/external/feed_server.hpp"
 #include "daemon/external/sampler.hpp"
-#include "hal/feed/feed_board.hpp"
+#include "hal/feed/feed_table.hpp"
 #include "daemon/protocol/answers.hpp"
 
 namespace loopwarden::daemon {
@@ -45,7 +45,7 @@ class WatchedLoops {
   std::vector<protocol::FeederStatus> feeders(std::int64_t now_ns) const;
 
  private:
-  hal::feed::FeedBoard board_;
+  hal::feed::FeedTable board_;
   base::SpscRing<rt::Event> events_{4096};
   external::Sampler sampler_;
   std::unique_ptr<external::FeedServer> feed_;

@@ -3,7 +3,7 @@
 
 #include "daemon/evidence/evidence_store.hpp"
 #include "daemon/journal/journal.hpp"
-#include "daemon/reports/report_desk.hpp"
+#include "daemon/reports/report_queue.hpp"
 
 namespace loopwarden::daemon::console {
 
@@ -11,7 +11,7 @@ namespace loopwarden::daemon::console {
 struct Archive {
   journal::Journal& journal;
   const EvidenceStore& evidence;
-  reports::ReportDesk& reports;
+  reports::ReportQueue& reports;
 };
 
 }  // namespace loopwarden::daemon::console

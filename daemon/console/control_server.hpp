@@ -13,7 +13,7 @@
 #include "daemon/console/access.hpp"
 #include "daemon/console/operator_commands.hpp"
 #include "daemon/console/readings.hpp"
-#include "base/errand/disk_errand.hpp"
+#include "base/blocking/blocking_worker.hpp"
 #include "base/local_server.hpp"
 #include "base/thread.hpp"
 
@@ -73,7 +73,7 @@ class ControlServer {
 
   std::filesystem::path metrics_file_;
   std::chrono::steady_clock::time_point metrics_due_{};
-  base::DiskErrand metrics_{"lw-metrics"};
+  base::BlockingWorker metrics_{"lw-metrics"};
   std::atomic<bool> quit_{false};
   std::atomic<std::uint64_t> ticks_{0};
   base::Thread thread_;

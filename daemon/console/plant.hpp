@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "daemon/host/box_board.hpp"
+#include "daemon/host/host_alarms.hpp"
 #include "daemon/loops/loop_runtime.hpp"
 #include "daemon/supervision/alarm_registry.hpp"
 #include "daemon/recorder/historian.hpp"
@@ -19,7 +19,7 @@ struct Plant {
   std::vector<LoopRuntime>& loops;
   Historian& historian;
   supervision::AlarmRegistry& alarms;
-  host::BoxBoard& box_alarms;
+  host::HostAlarms& box_alarms;
   double severe_percent;  // % of the CO span
 };
 

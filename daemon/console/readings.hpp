@@ -10,7 +10,7 @@
 #include "daemon/console/archive.hpp"
 #include "daemon/console/daemon_info.hpp"
 #include "daemon/console/plant.hpp"
-#include "base/errand/disk_errand.hpp"
+#include "base/blocking/blocking_worker.hpp"
 #include "daemon/protocol/requests.hpp"
 
 namespace loopwarden::daemon::console {
@@ -54,7 +54,7 @@ class Readings {
   Plant plant_;
   Archive archive_;
   const DaemonInfo& info_;
-  base::DiskErrand reader_;
+  base::BlockingWorker reader_;
 };
 
 // Longest wait of a request for the disk. Other peers wait for the first such request only: while

@@ -57,7 +57,7 @@ hal::Reason reason_of(protocol::FedValue::Reason reason) noexcept {
 }  // namespace
 
 FeedServer::FeedServer(std::string path, std::vector<Right> rights, std::optional<unsigned> group,
-                       hal::feed::FeedBoard& board, double bytes_per_second)
+                       hal::feed::FeedTable& board, double bytes_per_second)
     : path_(std::move(path)),
       rights_(std::move(rights)),
       board_(board),

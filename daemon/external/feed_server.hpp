@@ -23,7 +23,7 @@
 #include <vector>
 
 #include "base/thread.hpp"
-#include "hal/feed/feed_board.hpp"
+#include "hal/feed/feed_table.hpp"
 
 namespace loopwarden::daemon::external {
 
@@ -41,7 +41,7 @@ class FeedServer {
   // Starts listening. `board` must outlive this and contain all feeders. `bytes_per_second`: rate
   // and burst per feeder. Throws std::runtime_error.
   FeedServer(std::string path, std::vector<Right> rights, std::optional<unsigned> group,
-             hal::feed::FeedBoard& board, double bytes_per_second = kBytesPerSecond);
+             hal::feed::FeedTable& board, double bytes_per_second = kBytesPerSecond);
   FeedServer(const FeedServer&) = delete;
   FeedServer& operator=(const FeedServer&) = delete;
   ~FeedServer();
@@ -84,7 +84,7 @@ class FeedServer {
 
   std::string path_;
   std::vector<Right> rights_;
-  hal::feed::FeedBoard& board_;
+  hal::feed::FeedTable& board_;
   double bytes_per_second_;
   int listener_;
   std::vector<Peer> peers_;

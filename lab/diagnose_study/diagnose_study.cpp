@@ -261,8 +261,9 @@ std::string evidence_row(const diagnosis::Diagnosis& d) {
       to_text(d.verdict), to_text(d.grade), d.probability, d.evidence.phase, d.evidence.play,
       h.evidence, h.parts_for, h.band_share, h.reversals, d.s, h.band, d.play.band,
       static_cast<int>(d.follows), d.play.linear_r2, d.play.play_r2, d.s_low, d.s_high,
-      d.evidence.standing, d.evidence.turns.count, d.evidence.turns.travel_scatter,
-      d.evidence.turns.cycle_scatter, to_text(d.evidence.turns.by()), d.prepared.share_at_limit);
+      d.evidence.standing, d.evidence.reversals.count, d.evidence.reversals.travel_scatter,
+      d.evidence.reversals.cycle_scatter, to_text(d.evidence.reversals.by()),
+      d.prepared.share_at_limit);
 }
 
 void write_evidence(const std::string& path, const std::vector<Judged>& judged) {

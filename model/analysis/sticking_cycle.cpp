@@ -18,8 +18,8 @@ namespace {
 using Values = std::vector<double>;
 
 constexpr std::size_t kFewestCycleSamples = 100;
-constexpr std::size_t kFewestTurns = 6;  // turns of CO: three cycles
-constexpr std::size_t kFewestStemTurns = 4;
+constexpr std::size_t kFewestReversals = 6;  // turns of CO: three cycles
+constexpr std::size_t kFewestStemReversals = 4;
 constexpr std::size_t kMostCycleSamples = 6000;
 constexpr double kTurnBand = 0.3;       // share of the range of CO that a turn must exceed
 constexpr double kStemTurnBand = 0.02;  // share of the range of the stem
@@ -67,12 +67,12 @@ struct Candidate {
 };
 
 // The distance of two turns of `u`, samples, and the number of turns.
-struct Turns {
+struct Reversals {
   std::size_t count = 0;
   double apart = 0.0;
 };
 
-Turns turns_of(std::span<const double> u, double band) {
+Reversals reversals_of(std::span<const double> u, double band) {
   std::vector<double> at;
   double high = u.front();
   double low = u.front();
@@ -87,11 +87,11 @@ Turns turns_of(std::span<const double> u, double band) {
     way = up ? 1 : -1;
     high = low = u[k];
   }
-  Turns turns{at.size(), 0.0};
+  Reversals reversals{at.size(), 0.0};
   Values apart;
   for (std::size_t i = 1; i < at.size(); ++i) apart.push_back(at[i] - at[i - 1]);
-  if (!apart.empty()) turns.apart = numeric::median(std::move(apart));
-  return turns;
+  if (!apart.empty()) reversals.apart = numeric::median(std::move(apart));
+  return reversals;
 }
 
 class Search {
@@ -257,9 +257,9 @@ std::optional<StickingCycle> find_sticking_cycle(std::span<const double> whole_c
   Values sorted = co;
   const double range = numeric::quantile(sorted, 0.98) - numeric::quantile(sorted, 0.02);
   if (!(range > 0.0)) return std::nullopt;
-  const Turns turns = turns_of(co, kTurnBand * range);
-  if (turns.count < kFewestTurns) return std::nullopt;
-  const double half_cycle_s = turns.apart * h;
+  const Reversals reversals = reversals_of(co, kTurnBand * range);
+  if (reversals.count < kFewestReversals) return std::nullopt;
+  const double half_cycle_s = reversals.apart * h;
   const Ranges ranges{.s_low = 0.02 * range,
                       .s_high = 1.5 * range,
                       .lag_low = 0.2 * h,
@@ -315,8 +315,8 @@ std::optional<StickingCycle> find_sticking_cycle(std::span<const double> whole_c
   for (const double v : left) variance += v * v / n;
   const Values x = search.stem(stick.point.s, stick.point.ratio);
   const auto [lowest, highest] = std::minmax_element(x.begin(), x.end());
-  out.stem_turns = turns_of(x, kStemTurnBand * (*highest - *lowest)).count;
-  if (out.lead_nats < kLeastLead || out.stem_turns < kFewestStemTurns ||
+  out.stem_reversals = reversals_of(x, kStemTurnBand * (*highest - *lowest)).count;
+  if (out.lead_nats < kLeastLead || out.stem_reversals < kFewestStemReversals ||
       stick.point.s < kLeastBand * range || ranges.place(stick.point)[2] > kLongestLagPlace ||
       block_t(search.left(line.point, stick.theta), left, variance) < kLeastT) {
     return std::nullopt;

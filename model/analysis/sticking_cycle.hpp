@@ -52,7 +52,7 @@ struct StickingCycle {
   double rmse = 0.0;         // PV units, of the free run
   double fit_percent = 0.0;  // of the free run: 100 (1 - rmse / standard deviation of PV)
   double lead_nats = 0.0;
-  std::size_t stem_turns = 0;
+  std::size_t stem_reversals = 0;
   std::size_t every = 1;           // every n-th sample was used
   std::vector<double> free_run{};  // PV units, at the samples used
 };

@@ -15,29 +15,29 @@
 #pragma once
 
 #include "model/control/compensator_contract.hpp"
-#include "model/control/turns.hpp"
+#include "model/control/reversals.hpp"
 
 namespace loopwarden::control {
 
 class BacklashCompensator {
  public:
   BacklashCompensator(const CompensatorSettings& settings, double) noexcept
-      : gap_(settings.gap), turns_(settings.noise_band) {}
+      : gap_(settings.gap), reversals_(settings.noise_band) {}
 
   void reset(double output) noexcept {
-    turns_.reset(output);
+    reversals_.reset(output);
     first_ = 0;
   }
 
   Correction step(const CompensatorInputs& in) noexcept {
-    const int direction = turns_.step(in.output);
+    const int direction = reversals_.step(in.output);
     if (first_ == 0) first_ = direction;
     return {.added = gap_ / 2.0 * (direction - first_)};
   }
 
  private:
   double gap_;  // CO units
-  Turns turns_;
+  Reversals reversals_;
   int first_ = 0;
 };
 

@@ -24,14 +24,16 @@
 #include <cstddef>
 
 #include "model/control/compensator_contract.hpp"
-#include "model/control/turns.hpp"
+#include "model/control/reversals.hpp"
 
 namespace loopwarden::control {
 
 class HysteresisInverse {
  public:
   HysteresisInverse(const CompensatorSettings& settings, double) noexcept
-      : offset_(settings.offset), noise_band_(settings.noise_band), turns_(settings.noise_band) {
+      : offset_(settings.offset),
+        noise_band_(settings.noise_band),
+        reversals_(settings.noise_band) {
     double sum = 0.0;
     for (std::size_t i = 0; i < kPlays; ++i) {
       const double place = 2.0 * (static_cast<double>(i) + 0.5) / static_cast<double>(kPlays);
@@ -45,7 +47,7 @@ class HysteresisInverse {
   }
 
   void reset(double output) noexcept {
-    turns_.reset(output);
+    reversals_.reset(output);
     plays_.fill(output);
     wanted_ = output;
     input_ = output;
@@ -53,7 +55,7 @@ class HysteresisInverse {
 
   Correction step(const CompensatorInputs& in) noexcept {
     if (!std::isfinite(in.output)) return {};
-    const double falling = turns_.step(in.output) < 0 ? offset_ : 0.0;
+    const double falling = reversals_.step(in.output) < 0 ? offset_ : 0.0;
     if (widest_ <= 0.0) return {.added = -falling};
     wanted_ = std::clamp(wanted_, in.output - noise_band_, in.output + noise_band_);
     if (std::abs(wanted_ - output_at(input_)) > kExact) {
@@ -86,7 +88,7 @@ class HysteresisInverse {
 
   double offset_;      // CO units
   double noise_band_;  // CO units
-  Turns turns_;
+  Reversals reversals_;
   std::array<double, kPlays> halves_{};  // r_i
   double widest_ = 0.0;                  // CO units
   std::array<double, kPlays> plays_{};   // p_i

@@ -4,7 +4,7 @@
 //
 //   u = uc + a sign(duc)        0 until uc has first moved by more than the noise band
 //
-//   u, uc  CO units     a  amplitude, CO units: about half the stick band     sign by turns.hpp
+//   u, uc  CO units     a  amplitude, CO units: about half the stick band     sign by reversals.hpp
 //
 // Limits: at each reversal CO jumps by 2 a whether or not the valve needs it, and a valve that
 // slips by itself is pushed further. After its start it equals backlash_compensator.hpp with a gap
@@ -15,24 +15,24 @@
 #pragma once
 
 #include "model/control/compensator_contract.hpp"
-#include "model/control/turns.hpp"
+#include "model/control/reversals.hpp"
 
 namespace loopwarden::control {
 
 class Reinforcement {
  public:
   Reinforcement(const CompensatorSettings& settings, double) noexcept
-      : amplitude_(settings.amplitude), turns_(settings.noise_band) {}
+      : amplitude_(settings.amplitude), reversals_(settings.noise_band) {}
 
-  void reset(double output) noexcept { turns_.reset(output); }
+  void reset(double output) noexcept { reversals_.reset(output); }
 
   Correction step(const CompensatorInputs& in) noexcept {
-    return {.added = amplitude_ * turns_.step(in.output)};
+    return {.added = amplitude_ * reversals_.step(in.output)};
   }
 
  private:
   double amplitude_;  // CO units
-  Turns turns_;
+  Reversals reversals_;
 };
 
 }  // namespace loopwarden::control

@@ -35,14 +35,14 @@
 #include <cstdint>
 
 #include "model/control/compensator_contract.hpp"
-#include "model/control/turns.hpp"
+#include "model/control/reversals.hpp"
 
 namespace loopwarden::control {
 
 class TwoMove {
  public:
   TwoMove(const CompensatorSettings& settings, double period_s) noexcept
-      : settings_(settings), period_s_(period_s), turns_(settings.stick_band / 4.0) {}
+      : settings_(settings), period_s_(period_s), reversals_(settings.stick_band / 4.0) {}
 
   void reset(double output) noexcept {
     learn_afresh(output);
@@ -93,7 +93,7 @@ class TwoMove {
 
   void learn_afresh(double output) noexcept {
     phase_ = Phase::learning;
-    turns_.reset(output);
+    reversals_.reset(output);
     last_direction_ = 0;
     begin_cycle(output);
     cycle_began_ = false;
@@ -110,7 +110,7 @@ class TwoMove {
 
   // A cycle ends where uc turns upwards.
   void learn(double output, double error) noexcept {
-    const int direction = turns_.step(output);
+    const int direction = reversals_.step(output);
     const bool turned_up = direction > 0 && last_direction_ < 0;
     last_direction_ = direction;
     if (turned_up) {
@@ -141,7 +141,7 @@ class TwoMove {
   CompensatorSettings settings_;
   double period_s_;  // s
   Phase phase_ = Phase::learning;
-  Turns turns_;
+  Reversals reversals_;
   int last_direction_ = 0;
   double lowest_ = 0.0;   // CO units, of the present cycle
   double highest_ = 0.0;  // CO units

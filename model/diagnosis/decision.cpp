@@ -35,7 +35,7 @@ double logit(double p) { return std::log(p / (1.0 - p)); }
 double from_logit(double z) { return 1.0 / (1.0 + std::exp(-z)); }
 
 ValveTerms terms_of(const ValveEvidence& e) {
-  const bool swings = e.turns.by() == TurnsBy::time;
+  const bool swings = e.reversals.by() == ReversalsBy::time;
   return {e.phase, std::clamp(e.play, kLeastPlay, kMostPlay), e.standing,
           swings ? 0.0 : std::sqrt(std::clamp(e.hammerstein, 0.0, kMostHammerstein))};
 }
@@ -55,7 +55,7 @@ ValveDecision decide(const ValveEvidence& e, Follows follows) {
 ValveDecision decide(const ValveEvidence& e, Follows follows, const ValveWeights& weights) {
   ValveDecision d;
   const bool at_once = follows == Follows::at_once;
-  const TurnsBy turns = e.turns.by();
+  const ReversalsBy reversals = e.reversals.by();
   d.probability =
       std::clamp(from_logit(weights.logit_of(terms_of(e))), kLeastProbability, kMostProbability);
   if (at_once && e.play > kSurePlay && e.hammerstein > kSureHammerstein) {
@@ -66,13 +66,13 @@ ValveDecision decide(const ValveEvidence& e, Follows follows, const ValveWeights
   const bool in_step = at_once && e.phase < kInStep && e.hammerstein <= kHammersteinVotes;
   if (no_band || in_step) d.probability = std::min(d.probability, kDecidedBelow);
   const bool for_valve = d.probability >= kDecidedFrom;
-  if (for_valve && turns == TurnsBy::time) {
+  if (for_valve && reversals == ReversalsBy::time) {
     return undecided(
         "the cycle has a constant period and not a constant travel of CO, like an external "
         "oscillation; all other evidence indicates a sticking valve",
         "the loop in manual for some cycles: an oscillation that continues is external");
   }
-  if (for_valve && turns == TurnsBy::clockwork) {
+  if (for_valve && reversals == ReversalsBy::clockwork) {
     return undecided(
         "the loop cycles with a constant period: a sticking valve and a regular load under tight "
         "control look alike",
@@ -83,7 +83,7 @@ ValveDecision decide(const ValveEvidence& e, Follows follows, const ValveWeights
       return undecided("PV moves whenever CO does; with a sticking valve PV rests at times",
                        kManualSteps);
     }
-    if (!e.turns.cycles()) {
+    if (!e.reversals.cycles()) {
       return undecided(
           "the loop does not cycle, but most slow loops with a sticking valve do: a load may move "
           "PV and CO alike",
@@ -91,12 +91,12 @@ ValveDecision decide(const ValveEvidence& e, Follows follows, const ValveWeights
     }
   }
   if (for_valve && (at_once || e.hammerstein > kLikelyLaterFrom)) {
-    const bool seen = d.probability >= kSeenFrom && turns == TurnsBy::travel &&
+    const bool seen = d.probability >= kSeenFrom && reversals == ReversalsBy::travel &&
                       e.standing > kStandsFrom && (at_once || e.hammerstein > kSeenLaterFrom);
     d.grade = seen ? Grade::seen : Grade::likely;
     return d;
   }
-  if (!at_once && e.phase > 0.0 && e.play > 0.0 && turns != TurnsBy::time) {
+  if (!at_once && e.phase > 0.0 && e.play > 0.0 && reversals != ReversalsBy::time) {
     return undecided(
         follows == Follows::by_integration
             ? "the process integrates: PV lags CO by a quarter period without a sticking valve "
@@ -106,7 +106,7 @@ ValveDecision decide(const ValveEvidence& e, Follows follows, const ValveWeights
         kManualSteps);
   }
   // Undecided, but the cycle suggests an external oscillation.
-  if (turns == TurnsBy::time) d.probability = std::min(d.probability, kDecidedBelow);
+  if (reversals == ReversalsBy::time) d.probability = std::min(d.probability, kDecidedBelow);
   if (d.probability <= kDecidedBelow) return d;
   d.undecided = true;
   d.reason = "the evidence is contradictory: " + std::to_string(e.votes()) +

@@ -15,7 +15,7 @@
 // Another set is for levels, temperatures, and integrating loops: those whose PV moved to a new set
 // point while CO returned to its former value. p is limited to 0.1 to 0.95.
 //
-// The turns of CO (turns.hpp) have their own rules, since a smooth external oscillation deceives
+// The turns of CO (reversals.hpp) have their own rules, since a smooth external oscillation deceives
 // the other four:
 //
 //   by time      A counts 0, because with an oscillating load any band predicts PV better; no valve
@@ -51,7 +51,7 @@
 #include <string>
 
 #include "model/diagnosis/kind.hpp"
-#include "model/diagnosis/turns.hpp"
+#include "model/diagnosis/reversals.hpp"
 
 namespace loopwarden::diagnosis {
 
@@ -80,7 +80,7 @@ struct ValveEvidence {
   double parts_for = 1.0;    // share of the record's parts with g above 0
   double standing = 0.0;     // share of CO's moves during which PV rests, 0 to 1
   double relation = 1.0;     // share of PV's variance that a play explains, 0 to 1
-  Turns turns{};
+  Reversals reversals{};
   int votes() const noexcept {
     return (phase > 0.0 ? 1 : 0) + (play > 0.0 ? 1 : 0) + (hammerstein > kHammersteinVotes ? 1 : 0);
   }

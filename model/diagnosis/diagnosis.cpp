@@ -104,7 +104,7 @@ void measure(Diagnosis& d) {
       .parts_for = d.hammerstein.parts_for,
       .standing = standing_evidence(pv_blocks, co_blocks, blocks),
       .relation = d.play.play_r2,
-      .turns = find_turns(three_scales(block_means(d.prepared.raw_co, factor), blocks)[1])};
+      .reversals = find_reversals(three_scales(block_means(d.prepared.raw_co, factor), blocks)[1])};
 }
 
 // Returns whether the set point swings with PV's own period, and PV with it: the cause is the
@@ -186,8 +186,8 @@ void conclude(Diagnosis& d) {
     d.verdict = DiagnosisVerdict::cant_tell;
     d.reason = decision.reason;
     d.settle = decision.settle;
-  } else if (d.oscillating || d.evidence.turns.by() == TurnsBy::time ||
-             d.evidence.turns.by() == TurnsBy::clockwork) {
+  } else if (d.oscillating || d.evidence.reversals.by() == ReversalsBy::time ||
+             d.evidence.reversals.by() == ReversalsBy::clockwork) {
     d.oscillating = true;
     name_other_cause(d);
   } else {
@@ -225,26 +225,27 @@ Diagnosis diagnose(const RoutineRecord& record, LoopKind kind) {
   return d;
 }
 
-void share_turns(std::span<Diagnosis*> windows) {
-  Turns all;
+void share_reversals(std::span<Diagnosis*> windows) {
+  Reversals all;
   std::size_t with_four = 0;
   for (const Diagnosis* d : windows) {
-    const Turns& turns = d->evidence.turns;
-    if (!d->judged() || turns.count < kLeastTurns) continue;
-    all.count += turns.count;
-    const double share = static_cast<double>(turns.count) / static_cast<double>(all.count);
-    all.travel_scatter += share * (turns.travel_scatter - all.travel_scatter);
-    all.cycle_scatter += share * (turns.cycle_scatter - all.cycle_scatter);
-    if (turns.four_cycle_scatter <= 0.0) continue;
-    with_four += turns.count;
-    all.four_cycle_scatter += static_cast<double>(turns.count) / static_cast<double>(with_four) *
-                              (turns.four_cycle_scatter - all.four_cycle_scatter);
+    const Reversals& reversals = d->evidence.reversals;
+    if (!d->judged() || reversals.count < kLeastReversals) continue;
+    all.count += reversals.count;
+    const double share = static_cast<double>(reversals.count) / static_cast<double>(all.count);
+    all.travel_scatter += share * (reversals.travel_scatter - all.travel_scatter);
+    all.cycle_scatter += share * (reversals.cycle_scatter - all.cycle_scatter);
+    if (reversals.four_cycle_scatter <= 0.0) continue;
+    with_four += reversals.count;
+    all.four_cycle_scatter += static_cast<double>(reversals.count) /
+                              static_cast<double>(with_four) *
+                              (reversals.four_cycle_scatter - all.four_cycle_scatter);
   }
   for (Diagnosis* d : windows) {
     if (!d->judged()) continue;
-    const Turns& own = d->evidence.turns;
+    const Reversals& own = d->evidence.reversals;
     const bool changes = own.by() != all.by() || own.cycles() != all.cycles();
-    d->evidence.turns = all;
+    d->evidence.reversals = all;
     if (changes) conclude(*d);
   }
 }

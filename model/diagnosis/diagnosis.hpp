@@ -89,7 +89,7 @@ double judged_period(std::span<const double> pv, std::span<const double> co);
 
 // Judges each window of one loop again with the turns of CO in all of them, since a window has few
 // turns.
-void share_turns(std::span<Diagnosis*> windows);
+void share_reversals(std::span<Diagnosis*> windows);
 
 // One verdict from all windows of a loop, in the order of time.
 struct LoopVerdict {

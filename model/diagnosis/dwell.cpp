@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "model/diagnosis/series.hpp"
-#include "model/diagnosis/turns.hpp"
+#include "model/diagnosis/reversals.hpp"
 #include "model/numeric/statistics.hpp"
 
 namespace loopwarden::diagnosis {
@@ -34,41 +34,41 @@ Dwell dwell(std::span<const double> output, std::span<const double> behind, doub
   const auto smoothing = static_cast<std::size_t>(period / 40.0);
   const Series u = moving_mean(output, smoothing);
   const Series q = moving_mean(behind, smoothing);
-  const auto turns = turning_points(u, kTurnDepth * numeric::deviation(u));
+  const auto reversals = turning_points(u, kTurnDepth * numeric::deviation(u));
   Series by_output;
   Series by_behind;
   Series lateness;
   Series travels;
   Series durations;
-  for (std::size_t i = 0; i + 1 < turns.size(); ++i) {
-    const std::size_t length = turns[i + 1] - turns[i];
-    travels.push_back(std::abs(u[turns[i + 1]] - u[turns[i]]));
+  for (std::size_t i = 0; i + 1 < reversals.size(); ++i) {
+    const std::size_t length = reversals[i + 1] - reversals[i];
+    travels.push_back(std::abs(u[reversals[i + 1]] - u[reversals[i]]));
     durations.push_back(static_cast<double>(length));
     if (length < 4) continue;
     const auto part = std::max<std::size_t>(
         1, static_cast<std::size_t>(kPartOfRun * static_cast<double>(length)));
     // The answer is late, so the run of `behind` is shifted by up to a quarter of its length.
-    const std::size_t end = std::min(q.size() - 1, turns[i + 1] + length / 4);
+    const std::size_t end = std::min(q.size() - 1, reversals[i + 1] + length / 4);
     double output_step = 0.0;
     double behind_step = 0.0;
-    std::size_t behind_at = turns[i];
-    double lowest = q[turns[i]];
+    std::size_t behind_at = reversals[i];
+    double lowest = q[reversals[i]];
     double highest = lowest;
-    for (std::size_t k = turns[i]; k <= end; ++k) {
+    for (std::size_t k = reversals[i]; k <= end; ++k) {
       lowest = std::min(lowest, q[k]);
       highest = std::max(highest, q[k]);
-      if (k < turns[i] + part) continue;
-      if (k <= turns[i + 1]) output_step = std::max(output_step, std::abs(u[k] - u[k - part]));
+      if (k < reversals[i] + part) continue;
+      if (k <= reversals[i + 1]) output_step = std::max(output_step, std::abs(u[k] - u[k - part]));
       if (std::abs(q[k] - q[k - part]) > behind_step) {
         behind_step = std::abs(q[k] - q[k - part]);
         behind_at = k - part / 2;
       }
     }
-    const double range = std::abs(u[turns[i + 1]] - u[turns[i]]);
+    const double range = std::abs(u[reversals[i + 1]] - u[reversals[i]]);
     if (range <= 0.0 || highest <= lowest) continue;
     by_output.push_back(output_step / range);
     by_behind.push_back(behind_step / (highest - lowest));
-    lateness.push_back(static_cast<double>(behind_at - turns[i]) / static_cast<double>(length));
+    lateness.push_back(static_cast<double>(behind_at - reversals[i]) / static_cast<double>(length));
   }
   d.travel_scatter = scatter(travels);
   d.duration_scatter = scatter(durations);

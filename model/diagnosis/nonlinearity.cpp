@@ -80,15 +80,15 @@ double foretold(const Series& y) {
 
 class Spectrum {
  public:
-  explicit Spectrum(const Series& y) : n_(y.size()), turns_(y.size()) {
+  explicit Spectrum(const Series& y) : n_(y.size()), reversals_(y.size()) {
     for (std::size_t k = 0; k < n_; ++k) {
       const double angle =
           2.0 * std::numbers::pi * static_cast<double>(k) / static_cast<double>(n_);
-      turns_[k] = {std::cos(angle), std::sin(angle)};
+      reversals_[k] = {std::cos(angle), std::sin(angle)};
     }
     for (std::size_t f = 0; f <= n_ / 2; ++f) {
       std::complex<double> sum = 0.0;
-      for (std::size_t k = 0; k < n_; ++k) sum += y[k] * std::conj(turns_[f * k % n_]);
+      for (std::size_t k = 0; k < n_; ++k) sum += y[k] * std::conj(reversals_[f * k % n_]);
       amplitudes_.push_back(std::abs(sum));
     }
   }
@@ -104,7 +104,7 @@ class Spectrum {
       double sum = 0.0;
       for (std::size_t f = 1; f < lines.size(); ++f) {
         const double twice = 2 * f == n_ ? 1.0 : 2.0;
-        sum += twice * (lines[f] * turns_[f * k % n_]).real();
+        sum += twice * (lines[f] * reversals_[f * k % n_]).real();
       }
       y[k] = sum / static_cast<double>(n_);
     }
@@ -113,7 +113,7 @@ class Spectrum {
 
  private:
   std::size_t n_;
-  std::vector<std::complex<double>> turns_;
+  std::vector<std::complex<double>> reversals_;
   std::vector<double> amplitudes_;
 };
 

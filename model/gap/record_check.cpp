@@ -67,7 +67,7 @@ std::vector<double> held(const std::vector<double>& column) {
 }
 
 std::vector<std::size_t> reversals(const std::vector<double>& column, double band) {
-  std::vector<std::size_t> turns;
+  std::vector<std::size_t> reversals;
   double high = column.empty() ? 0.0 : column.front();
   double low = high;
   int direction = 0;
@@ -75,18 +75,18 @@ std::vector<std::size_t> reversals(const std::vector<double>& column, double ban
     high = std::max(high, column[k]);
     low = std::min(low, column[k]);
     if (direction <= 0 && column[k] > low + band) {
-      if (direction < 0) turns.push_back(k);
+      if (direction < 0) reversals.push_back(k);
       direction = 1;
       high = column[k];
     } else if (direction >= 0 && column[k] < high - band) {
-      if (direction > 0) turns.push_back(k);
+      if (direction > 0) reversals.push_back(k);
       direction = -1;
       low = column[k];
     }
     if (direction > 0) low = column[k];   // the next turn counts from the top
     if (direction < 0) high = column[k];  // and from the bottom
   }
-  return turns;
+  return reversals;
 }
 
 double noise_of(const std::vector<double>& column) {

@@ -18,7 +18,7 @@
 #include "config/loop_model_writer.hpp"
 #include "config/specialists/specialist_folder.hpp"
 #include "model/twin/twin_diff.hpp"
-#include "model/twin/sight.hpp"
+#include "model/twin/detectability.hpp"
 #include "daemon/protocol/ask.hpp"
 #include "record/record_csv.hpp"
 #include "workbench/command_line/frame.hpp"
@@ -78,9 +78,9 @@ const char* advice(twin::Outcome outcome) {
   return "The twin was not written.";
 }
 
-void print_result(const twin::Commissioning& c, const CommissionSight& seen_here,
+void print_result(const twin::Commissioning& c, const CommissionDetectability& seen_here,
                   const std::string& out, const std::string& assumed) {
-  const std::optional<twin::Sight>& sight = seen_here.specialists;
+  const std::optional<twin::Detectability>& detectability = seen_here.specialists;
   fmt::print("{}: {}\n", twin::to_text(c.outcome), c.why);
   for (const std::string& note : c.notes) fmt::print("  {}\n", note);
   if (!c.stages.empty()) {
@@ -96,20 +96,21 @@ void print_result(const twin::Commissioning& c, const CommissionSight& seen_here
   for (const twin::TwinSeen& seen : seen_here.twin) {
     fmt::print("  {:<16} {}\n", to_text(seen.change), seen_text(seen));
   }
-  if (sight) {
+  if (detectability) {
     fmt::print(
         "\nWhat can be seen on this loop, in 95 % of the windows with a move of SP as recorded\n");
-    for (const twin::Seen& seen : sight->seen) {
+    for (const twin::Seen& seen : detectability->seen) {
       fmt::print("  {:<16} {}\n", specialist::to_text(seen.condition), seen_text(seen));
     }
     fmt::print("False alarms: {} in {:.0f} simulated healthy hours, at most {:.0f} a year (95 %)\n",
-               sight->false_alarms, sight->simulated_years * 8766.0, sight->false_alarms_per_year);
+               detectability->false_alarms, detectability->simulated_years * 8766.0,
+               detectability->false_alarms_per_year);
   }
   const fs::path folder = fs::absolute(out).lexically_normal();
   if (c.outcome == twin::Outcome::commissioned) {
-    if (!sight) fmt::print("\nNo specialists: they know no integrating process.\n");
+    if (!detectability) fmt::print("\nNo specialists: they know no integrating process.\n");
     fmt::print("\nFor the loop's file:\nmonitor:\n");
-    if (sight) fmt::print("  specialists: {}\n", (folder / "specialists").string());
+    if (detectability) fmt::print("  specialists: {}\n", (folder / "specialists").string());
     fmt::print("  twin: {}\n", (folder / "twin.yaml").string());
     if (!assumed.empty()) fmt::print("{}\n", assumed);
   } else {
@@ -265,9 +266,9 @@ int run_commission(const CommissionOptions& given) {
     const twin::Commissioning made =
         twin::commission(request, parallel, [&](double share) { progress->update_share(share); });
     progress.reset();
-    CommissionSight sight;
+    CommissionDetectability detectability;
     if (made.outcome == twin::Outcome::commissioned) {
-      sight.twin = twin::look_by_twin(made.twin, options.seed, parallel);
+      detectability.twin = twin::look_by_twin(made.twin, options.seed, parallel);
     }
     if (made.outcome == twin::Outcome::commissioned && !made.twin.process.integrating()) {
       TrainingJob job;
@@ -288,7 +289,7 @@ int run_commission(const CommissionOptions& given) {
                                   files.add(out / "specialists" / name, text);
                                 });
       progress.emplace("what can be seen", 100);
-      sight.specialists =
+      detectability.specialists =
           twin::look(made.twin, *trained.folder.team, {.seed = options.seed}, parallel,
                      [&](double share) { progress->update_share(share); });
       progress.reset();
@@ -304,10 +305,10 @@ int run_commission(const CommissionOptions& given) {
     if (before && made.outcome == twin::Outcome::commissioned) {
       changes = twin::changes(*before, made.twin);
     }
-    nlohmann::json answer = commission_json(made, sight);
+    nlohmann::json answer = commission_json(made, detectability);
     if (before) answer["changes"] = changes_json(changes);
     files.add(out / "report.html",
-              commission_page(made, sight, request.records.front().columns, seconds));
+              commission_page(made, detectability, request.records.front().columns, seconds));
     files.add(out / "commission.json", answer.dump(2) + "\n");
     files.commit();
     config::remove_weights(out / "specialists", old_weights);
@@ -317,7 +318,7 @@ int run_commission(const CommissionOptions& given) {
       show_json(answer);
     } else {
       print_changes(changes);
-      print_result(made, sight, options.out, assumed_text(request, made.twin));
+      print_result(made, detectability, options.out, assumed_text(request, made.twin));
     }
   } catch (const effects::EffectError& e) {
     fail(kExitConfiguration, "{}: {}", start, e.what());

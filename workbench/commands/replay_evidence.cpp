@@ -122,7 +122,8 @@ void print_routine(const Evidence& e, const Judgement& now) {
             100.0 * now.evidence.standing);
   table.row("a play explains of PV, %", 100.0 * then.evidence.relation,
             100.0 * now.evidence.relation);
-  table.row("CO turns by", to_text(then.evidence.turns.by()), to_text(now.evidence.turns.by()));
+  table.row("CO turns by", to_text(then.evidence.reversals.by()),
+            to_text(now.evidence.reversals.by()));
   table.row("severity, % of CO span", then.severity_percent, now.severity_percent);
   fmt::print(
       "\nnats gathered: {:.2f} from windows before (their samples are not kept here), {:+.2f} from "
@@ -137,7 +138,7 @@ bool same(const Judgement& a, const Judgement& b) {
          same(a.evidence.parts_for, b.evidence.parts_for) &&
          same(a.evidence.standing, b.evidence.standing) &&
          same(a.evidence.relation, b.evidence.relation) &&
-         a.evidence.turns.by() == b.evidence.turns.by() &&
+         a.evidence.reversals.by() == b.evidence.reversals.by() &&
          (a.verdict != diagnosis::DiagnosisVerdict::valve_effect ||
           same(a.severity_percent, b.severity_percent));
 }

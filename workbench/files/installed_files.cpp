@@ -15,10 +15,9 @@ struct Place {
 };
 
 // The first place that has the file counts. The last two are the names up to version 0.2.
-constexpr std::array kPlaces{Place{"examples/", "loopwarden/"},
-                             Place{"examples/", "doc/loopwarden/examples/"},
-                             Place{"data/", "loopwarden/"},
-                             Place{"config/examples/", "doc/loopwarden/examples/"}};
+constexpr std::array kPlaces{
+    Place{"examples/", "loopwarden/"}, Place{"examples/", "doc/loopwarden/examples/"},
+    Place{"data/", "loopwarden/"}, Place{"config/examples/", "doc/loopwarden/examples/"}};
 
 bool is_there(const std::filesystem::path& path) {
   std::error_code ignored;

@@ -78,8 +78,9 @@ std::string effects_list(const twin::Commissioning& made) {
 
 }  // namespace
 
-std::string commission_page(const twin::Commissioning& made, const CommissionSight& seen_here,
-                            const gap::Record& record, double seconds) {
+std::string commission_page(const twin::Commissioning& made,
+                            const CommissionDetectability& seen_here, const gap::Record& record,
+                            double seconds) {
   std::string body = fmt::format("<p><b>{}</b>: {}</p>\n",
                                  base::in_words(twin::to_text(made.outcome)), escaped(made.why));
   for (const std::string& note : made.notes) body += fmt::format("<p>{}</p>\n", escaped(note));
@@ -91,19 +92,20 @@ std::string commission_page(const twin::Commissioning& made, const CommissionSig
     }
     body += "</tbody></table>\n";
   }
-  if (const std::optional<twin::Sight>& sight = seen_here.specialists) {
+  if (const std::optional<twin::Detectability>& detectability = seen_here.specialists) {
     body +=
         "<h2>What can be seen on this loop</h2>\n<p>Found in 95 % of the simulated windows that "
         "hold a "
         "set-point move of this loop's size, with its noise and load.</p>\n<table><tbody>";
-    for (const twin::Seen& seen : sight->seen) {
+    for (const twin::Seen& seen : detectability->seen) {
       body += fmt::format("<tr><td>{}</td><td>{}</td></tr>\n", specialist::to_text(seen.condition),
                           escaped(seen_text(seen)));
     }
     body += fmt::format(
         "</tbody></table>\n<p>False alarms: {} in {:.0f} simulated healthy hours; at most {:.0f} a "
         "year (95 %).</p>\n",
-        sight->false_alarms, sight->simulated_years * 8766.0, sight->false_alarms_per_year);
+        detectability->false_alarms, detectability->simulated_years * 8766.0,
+        detectability->false_alarms_per_year);
   }
   if (!made.stages.empty()) {
     body += "<h2>Measured against the model, step by step</h2>\n" + stages_table(made);

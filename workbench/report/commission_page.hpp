@@ -10,7 +10,8 @@ namespace loopwarden::workbench {
 
 // Returns a self-contained page: the measured PV against the model after each step, and the effects
 // that the loop can detect.
-std::string commission_page(const twin::Commissioning& made, const CommissionSight& sight,
-                            const gap::Record& record, double seconds);
+std::string commission_page(const twin::Commissioning& made,
+                            const CommissionDetectability& detectability, const gap::Record& record,
+                            double seconds);
 
 }  // namespace loopwarden::workbench

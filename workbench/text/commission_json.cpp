@@ -20,8 +20,8 @@ bool is_share(twin::TwinSees change) {
 
 }  // namespace
 
-json commission_json(const twin::Commissioning& made, const CommissionSight& all) {
-  const twin::Sight* sight = all.specialists ? &*all.specialists : nullptr;
+json commission_json(const twin::Commissioning& made, const CommissionDetectability& all) {
+  const twin::Detectability* detectability = all.specialists ? &*all.specialists : nullptr;
   json effects = json::array();
   json gap = nullptr;
   if (made.gap) {
@@ -37,7 +37,7 @@ json commission_json(const twin::Commissioning& made, const CommissionSight& all
     }
   }
   json detectable = nullptr;
-  if (sight != nullptr || !all.twin.empty()) detectable = json::object();
+  if (detectability != nullptr || !all.twin.empty()) detectable = json::object();
   for (const twin::TwinSeen& seen : all.twin) {
     const bool share = is_share(seen.change);
     detectable[to_text(seen.change)] = {
@@ -45,26 +45,28 @@ json commission_json(const twin::Commissioning& made, const CommissionSight& all
          seen.size ? json((share ? 100.0 : 1.0) * *seen.size) : json()},
         {"hours_to_alarm", seen.to_alarm_s ? json(*seen.to_alarm_s / 3600.0) : json()}};
   }
-  if (sight != nullptr) {
-    for (const twin::Seen& seen : sight->seen) {
+  if (detectability != nullptr) {
+    for (const twin::Seen& seen : detectability->seen) {
       detectable[specialist::to_text(seen.condition)] = {
           {"percent_of_span", seen.percent_of_span ? json(*seen.percent_of_span) : json()},
           {"hours_to_alarm", seen.hours_to_alarm ? json(*seen.hours_to_alarm) : json()}};
     }
   }
   const bool good = made.outcome == twin::Outcome::commissioned;
-  return {{"verdict", twin::to_text(made.outcome)},
-          {"why", made.why},
-          {"twin", good ? json("twin.yaml") : json()},
-          {"specialists", sight != nullptr ? json("specialists") : json()},
-          {"effects", std::move(effects)},
-          {"gap", std::move(gap)},
-          {"detectable", std::move(detectable)},
-          {"false_alarms", sight != nullptr ? json(sight->false_alarms) : json()},
-          {"false_alarms_per_year", sight != nullptr ? json(sight->false_alarms_per_year) : json()},
-          {"simulated_years", sight != nullptr ? json(sight->simulated_years) : json()},
-          {"accepted", made.accepted},
-          {"notes", made.notes}};
+  return {
+      {"verdict", twin::to_text(made.outcome)},
+      {"why", made.why},
+      {"twin", good ? json("twin.yaml") : json()},
+      {"specialists", detectability != nullptr ? json("specialists") : json()},
+      {"effects", std::move(effects)},
+      {"gap", std::move(gap)},
+      {"detectable", std::move(detectable)},
+      {"false_alarms", detectability != nullptr ? json(detectability->false_alarms) : json()},
+      {"false_alarms_per_year",
+       detectability != nullptr ? json(detectability->false_alarms_per_year) : json()},
+      {"simulated_years", detectability != nullptr ? json(detectability->simulated_years) : json()},
+      {"accepted", made.accepted},
+      {"notes", made.notes}};
 }
 
 std::string seen_text(const twin::Seen& seen) {

@@ -7,19 +7,20 @@
 #include <vector>
 
 #include "model/twin/commission.hpp"
-#include "model/twin/sight.hpp"
-#include "model/twin/twin_sight.hpp"
+#include "model/twin/detectability.hpp"
+#include "model/twin/twin_detectability.hpp"
 
 namespace loopwarden::workbench {
 
 // The detectable effects, if the loop was commissioned.
-struct CommissionSight {
-  std::optional<twin::Sight> specialists{};
+struct CommissionDetectability {
+  std::optional<twin::Detectability> specialists{};
   std::vector<twin::TwinSeen> twin{};
 };
 
 // Returns commission.json.
-nlohmann::json commission_json(const twin::Commissioning& made, const CommissionSight& sight);
+nlohmann::json commission_json(const twin::Commissioning& made,
+                               const CommissionDetectability& detectability);
 
 // Returns "from 1.5 % of span on, alarm after 12 min".
 std::string seen_text(const twin::Seen& seen);

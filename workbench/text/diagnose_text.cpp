@@ -27,8 +27,8 @@ std::string because(const Diagnosis& d) {
             "PV stands during {:.0f} % of CO's moves, and CO turns where it has travelled a band "
             "(scatter {:.0f} %), "
             "not after a time (scatter {:.0f} %)",
-            100.0 * d.evidence.standing, 100.0 * d.evidence.turns.travel_scatter,
-            100.0 * d.evidence.turns.cycle_scatter);
+            100.0 * d.evidence.standing, 100.0 * d.evidence.reversals.travel_scatter,
+            100.0 * d.evidence.reversals.cycle_scatter);
       }
       return fmt::format(
           "{}a play explains {:.0f} % of PV, a straight line {:.0f} %, and PV stands during {:.0f} "
@@ -137,12 +137,12 @@ nlohmann::json json_of(const Diagnosis& d, double probability, double span) {
                      {"play", vote(d.evidence.play, 0.0)},
                      {"hammerstein", vote(d.evidence.hammerstein, diagnosis::kHammersteinVotes)}};
   result["standing"] = d.evidence.standing;
-  const diagnosis::Turns& turns = d.evidence.turns;
-  result["turns"] = {{"by", to_text(turns.by())},
-                     {"count", turns.count},
-                     {"travel_scatter", turns.travel_scatter},
-                     {"cycle_scatter", turns.cycle_scatter},
-                     {"four_cycle_scatter", turns.four_cycle_scatter}};
+  const diagnosis::Reversals& reversals = d.evidence.reversals;
+  result["turns"] = {{"by", to_text(reversals.by())},
+                     {"count", reversals.count},
+                     {"travel_scatter", reversals.travel_scatter},
+                     {"cycle_scatter", reversals.cycle_scatter},
+                     {"four_cycle_scatter", reversals.four_cycle_scatter}};
   return result;
 }
 
@@ -185,7 +185,7 @@ std::string votes_line(const Diagnosis& d) {
                      vote(d.evidence.hammerstein > diagnosis::kHammersteinVotes),
                      d.follows == Follows::at_once ? "" : "; only the last counts on such a loop") +
          fmt::format("PV stands during {:.0f} % of CO's moves; CO turns by {}\n",
-                     100.0 * d.evidence.standing, to_text(d.evidence.turns.by()));
+                     100.0 * d.evidence.standing, to_text(d.evidence.reversals.by()));
 }
 
 }  // namespace

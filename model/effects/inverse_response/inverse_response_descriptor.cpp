@@ -9,7 +9,7 @@ namespace loopwarden::effects::inverse_response {
 namespace {
 
 // Returns 1 if the wrong-way response is large enough to distinguish the effect from a lag.
-double turns(Candidate::Values v, Candidate::Values, double period_s) {
+double reversals(Candidate::Values v, Candidate::Values, double period_s) {
   constexpr double kLeast = 0.1;  // of the lag
   return v[0] > std::max(2.0 * period_s, v.size() > 1 ? kLeast * v[1] : 0.0) ? 1.0 : 0.0;
 }
@@ -19,14 +19,14 @@ void candidates(const SearchContext& c, std::vector<Candidate>& all) {
                  .parameters = 1,
                  .prior_nats = 1.0,  // longer dead time is more common
                  .search = {between("zero_time", 0.02 * c.slow_s(), 3.0 * c.slow_s(), true, 6)},
-                 .telling = turns});
+                 .telling = reversals});
   all.push_back({.block = Block::process,
                  .parameters = 2,
                  .prior_nats = 1.0,
                  .search = {between("zero_time", 0.02 * c.slow_s(), 3.0 * c.slow_s(), true, 5),
                             between("lag", std::max(0.03 * c.slow_s(), 0.5 * c.period_s),
                                     0.7 * c.time_constant_s, true, 3)},
-                 .telling = turns});
+                 .telling = reversals});
 }
 
 }  // namespace

@@ -31,17 +31,17 @@ class SquareDisturbance {
   // The disturbance has no rest: it is on or off at the start of a record.
   double reset(double q) noexcept { return step(q, 0.0); }
   double step(double q, double time_s) noexcept {
-    const double turns = time_s / period_s_ + lead_;
+    const double reversals = time_s / period_s_ + lead_;
     const double mean =
-        (integral(turns + sample_ / 2.0) - integral(turns - sample_ / 2.0)) / sample_;
+        (integral(reversals + sample_ / 2.0) - integral(reversals - sample_ / 2.0)) / sample_;
     return q + severity_ * amplitude_ * mean;
   }
 
  private:
   // Returns the integral of the sign over turns: it rises in the first half of a turn and falls in
   // the second.
-  static double integral(double turns) noexcept {
-    const double in_turn = turns - std::floor(turns);
+  static double integral(double reversals) noexcept {
+    const double in_turn = reversals - std::floor(reversals);
     return std::min(in_turn, 1.0 - in_turn);
   }
 

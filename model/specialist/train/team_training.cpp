@@ -21,9 +21,9 @@ constexpr double kSecondMoment = 0.999;
 constexpr int kMostTries = 20;
 
 // no_fault appears twice, because plants are mostly healthy.
-constexpr std::array kTurns{Condition::no_fault,   Condition::stiction,       Condition::backlash,
-                            Condition::hysteresis, Condition::low_air_supply, Condition::other,
-                            Condition::no_fault};
+constexpr std::array kReversals{
+    Condition::no_fault,       Condition::stiction, Condition::backlash, Condition::hysteresis,
+    Condition::low_air_supply, Condition::other,    Condition::no_fault};
 
 struct Cases {
   MatrixXd inputs;  // a column for each
@@ -220,7 +220,7 @@ std::vector<Example> simulate_examples(const plant::LoopModel& model, std::size_
     for (std::size_t k = chunk * kChunk; k < std::min(count, (chunk + 1) * kChunk); ++k) {
       for (int attempt = 0; attempt < kMostTries; ++attempt) {
         const std::size_t number = first + k;
-        const WindowRequest request{.condition = kTurns[number % kTurns.size()]};
+        const WindowRequest request{.condition = kReversals[number % kReversals.size()]};
         const SimulatedWindow window = simulate_window(
             model, request,
             stream_seed(seed, kMostTries * number + static_cast<std::size_t>(attempt)));

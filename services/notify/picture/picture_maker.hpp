@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "base/errand/disk_errand.hpp"
+#include "base/blocking/blocking_worker.hpp"
 #include "daemon/protocol/answers.hpp"
 #include "daemon/protocol/daemon_client.hpp"
 #include "services/notify/picture/trend_picture.hpp"
@@ -39,7 +39,7 @@ class PictureMaker {
   // Any thread may call it. Throws only if memory runs out.
   std::vector<Picture> of(const Message& message);
   // Returns false if the thread still hangs at the disk.
-  bool stop_for(std::chrono::milliseconds patience) { return errand_.stop_for(patience); }
+  bool stop_for(std::chrono::milliseconds patience) { return task_.stop_for(patience); }
 
  private:
   std::vector<Picture> draw(const std::vector<std::pair<std::size_t, Event>>& events);
@@ -49,7 +49,7 @@ class PictureMaker {
 
   const date::time_zone* zone_;
   protocol::DaemonClient daemon_;
-  base::DiskErrand errand_;  // last member: its thread ends before the others are destroyed
+  base::BlockingWorker task_;  // last member: its thread ends before the others are destroyed
 };
 
 }  // namespace loopwarden::notify

@@ -118,9 +118,9 @@ struct Console {
   journal::Journal journal{{.folder = folder.path()}};
   EvidenceStore evidence{{.folder = folder / "evidence"}, {}, {}};
   std::int64_t now_ms = 1'800'000'000'000;
-  reports::ReportDesk reports = tests::desk_in(folder.path(), [this] { return now_ms; });
+  reports::ReportQueue reports = tests::desk_in(folder.path(), [this] { return now_ms; });
   supervision::AlarmRegistry board{{{"FIC-101", 0.1}}, {}, journal, [this] { return now_ms; }};
-  daemon::host::BoxBoard box_alarms{{}, journal, [this] { return now_ms; }};
+  daemon::host::HostAlarms box_alarms{{}, journal, [this] { return now_ms; }};
   base::SpscRing<rt::Event> events{64};
   std::unique_ptr<rt::ControlCycle> cycle;
   std::uint64_t cycles_run = 0;

@@ -16,8 +16,8 @@
 namespace loopwarden::tests {
 
 // Nobody makes what is asked for.
-inline daemon::reports::ReportDesk desk_in(const std::filesystem::path& folder,
-                                           std::function<std::int64_t()> now_ms) {
+inline daemon::reports::ReportQueue desk_in(const std::filesystem::path& folder,
+                                            std::function<std::int64_t()> now_ms) {
   return {{.program = "/bin/true", .folder = folder / "reports", .socket = folder / "control.sock"},
           {.now_ms = std::move(now_ms),
            .wake = [] {},

@@ -75,7 +75,7 @@ struct Bench {
 
   tests::TemporaryFolder folder;
   std::string path = (folder / "feed.sock").string();
-  hal::feed::FeedBoard board;
+  hal::feed::FeedTable board;
   std::optional<FeedServer> server;
 };
 

@@ -19,9 +19,9 @@
 #include <string>
 #include <thread>
 
-#include "daemon/host/box_looker.hpp"
+#include "daemon/host/host_probe.hpp"
 #include "daemon/console/control_server.hpp"
-#include "base/errand/disk_errand.hpp"
+#include "base/blocking/blocking_worker.hpp"
 #include "daemon/app/log_queue.hpp"
 #include "base/clock.hpp"
 #include "base/local_socket.hpp"
@@ -109,9 +109,9 @@ struct Bench {
       {.folder = folder / "evidence"},
       {},
       [](const evidence::Evidence&, const std::filesystem::path&, const std::string&) {}};
-  reports::ReportDesk reports = tests::desk_in(folder.path(), base::utc_ms);
+  reports::ReportQueue reports = tests::desk_in(folder.path(), base::utc_ms);
   supervision::AlarmRegistry board{{{"FIC-101", 0.1}}, {}, journal, [] { return std::int64_t{1}; }};
-  daemon::host::BoxBoard box_alarms{{}, journal, [] { return std::int64_t{1}; }};
+  daemon::host::HostAlarms box_alarms{{}, journal, [] { return std::int64_t{1}; }};
   tests::FakeDaemon daemon{folder.path(), [this] { return daemon_status(); }};
   std::unique_ptr<ControlServer> server;
   std::uint64_t next = 1;
@@ -276,22 +276,22 @@ TEST_CASE("while the metrics' disk hangs the operator is answered and no part st
 TEST_CASE("an errand: no other job waits for one that hangs, and its result may be too late",
           "[disk]") {
   std::atomic<bool> hangs{true};
-  loopwarden::base::DiskErrand errand("lw-test");
+  loopwarden::base::BlockingWorker task("lw-test");
   const std::function<int()> slow = [&hangs] {
     while (hangs) std::this_thread::sleep_for(milliseconds(1));
     return 1;
   };
-  CHECK_FALSE(errand.ask<int>(slow, milliseconds(20)).has_value());
-  CHECK_FALSE(errand.begin([] {}));
-  REQUIRE(eventually([&] { return errand.seconds() > base::DiskWait::kHung; }));
+  CHECK_FALSE(task.ask<int>(slow, milliseconds(20)).has_value());
+  CHECK_FALSE(task.begin([] {}));
+  REQUIRE(eventually([&] { return task.seconds() > base::DiskWait::kHung; }));
   // If it waited, this would last for ever.
-  CHECK_FALSE(errand.ask<int>([] { return 2; }, std::chrono::hours(1)).has_value());
+  CHECK_FALSE(task.ask<int>([] { return 2; }, std::chrono::hours(1)).has_value());
   hangs = false;
-  CHECK(eventually([&] { return errand.ask<int>([] { return 3; }, milliseconds(1000)) == 3; }));
-  CHECK_THROWS_WITH(errand.ask<int>([]() -> int { throw std::runtime_error("no such file"); },
-                                    std::chrono::seconds(10)),
+  CHECK(eventually([&] { return task.ask<int>([] { return 3; }, milliseconds(1000)) == 3; }));
+  CHECK_THROWS_WITH(task.ask<int>([]() -> int { throw std::runtime_error("no such file"); },
+                                  std::chrono::seconds(10)),
                     "no such file");
-  CHECK(errand.stop_for(milliseconds(60'000)));
+  CHECK(task.stop_for(milliseconds(60'000)));
 }
 
 TEST_CASE(
@@ -342,7 +342,7 @@ TEST_CASE(
   std::promise<void> answers;
   std::atomic<double> wait_s{0.0};
   std::atomic<std::uint64_t> dropped{0};
-  host::BoxLooker looker({.disk =
+  host::HostProbe looker({.disk =
                               [until = answers.get_future().share()] {
                                 until.wait();
                                 return host::DiskLook{.room_bytes = 1'000'000'000};

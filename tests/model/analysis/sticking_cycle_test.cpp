@@ -71,7 +71,7 @@ TEST_CASE("a limit cycle identifies the valve and the process after it",
     CHECK(found->gain.value * found->j.value == Approx(1.3 * 2.0).epsilon(0.2));
     CHECK(found->time_constant_s.value == Approx(4.0).epsilon(0.2));
     CHECK(found->dead_time_s.value == Approx(1.5).margin(0.5));
-    CHECK(found->stem_turns >= 6);
+    CHECK(found->stem_reversals >= 6);
     CHECK(found->fit_percent > 60.0);
     CHECK(found->free_run.size() == r.pv.size());
   }

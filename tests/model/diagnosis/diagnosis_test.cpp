@@ -84,7 +84,7 @@ TEST_CASE("the reversals of CO in all windows of a loop overrule those of one wi
   const Diagnosis sticky = diagnosed(SmallLoop{.gain = 0.3, .integral_time = 2.0}.run(
       1200, [&](double u) { return valve.step(u); }, kSteadyLoad));
   REQUIRE(sticky.verdict == DiagnosisVerdict::valve_effect);
-  const auto shared = [&](Follows follows, const Turns& first, const Turns& second) {
+  const auto shared = [&](Follows follows, const Reversals& first, const Reversals& second) {
     std::vector<Diagnosis> windows(2, sticky);
     for (Diagnosis& d : windows) {
       d.follows = follows;
@@ -93,20 +93,20 @@ TEST_CASE("the reversals of CO in all windows of a loop overrule those of one wi
       d.evidence.hammerstein = 0.3;
       d.evidence.standing = 0.7;
     }
-    windows[0].evidence.turns = first;
-    windows[1].evidence.turns = second;
+    windows[0].evidence.reversals = first;
+    windows[1].evidence.reversals = second;
     std::vector<Diagnosis*> together{&windows[0], &windows[1]};
-    share_turns(together);
+    share_reversals(together);
     return windows[0].verdict;
   };
   // Neither window has enough cycles to show that the phase is kept.
-  const Turns kept{
+  const Reversals kept{
       .count = 8, .travel_scatter = 0.01, .cycle_scatter = 0.01, .four_cycle_scatter = 0.02};
-  REQUIRE(kept.by() == TurnsBy::neither);
+  REQUIRE(kept.by() == ReversalsBy::neither);
   CHECK(shared(Follows::at_once, kept, kept) == DiagnosisVerdict::cant_tell);
   // A window that looks like a cycle by chance, among others that don't.
-  const Turns cycles{.count = 20, .travel_scatter = 0.3, .cycle_scatter = 0.35};
-  const Turns wanders{.count = 60, .travel_scatter = 0.8, .cycle_scatter = 0.9};
+  const Reversals cycles{.count = 20, .travel_scatter = 0.3, .cycle_scatter = 0.35};
+  const Reversals wanders{.count = 60, .travel_scatter = 0.8, .cycle_scatter = 0.9};
   CHECK(shared(Follows::by_integration, cycles, wanders) == DiagnosisVerdict::cant_tell);
   CHECK(shared(Follows::by_integration, cycles, cycles) == DiagnosisVerdict::valve_effect);
 }

@@ -135,13 +135,13 @@ TEST_CASE("Hammerstein: a gain that would be unstable under this controller does
   CHECK(fit_hammerstein(sticky.pv, sticky.co, -1.0).evidence < 0.5 * right);
 }
 
-const Turns kByTravel{.count = 20, .travel_scatter = 0.1, .cycle_scatter = 0.3};
-const Turns kByTime{.count = 20, .travel_scatter = 0.3, .cycle_scatter = 0.1};
-const Turns kClockwork{
+const Reversals kByTravel{.count = 20, .travel_scatter = 0.1, .cycle_scatter = 0.3};
+const Reversals kByTime{.count = 20, .travel_scatter = 0.3, .cycle_scatter = 0.1};
+const Reversals kClockwork{
     .count = 20, .travel_scatter = 0.01, .cycle_scatter = 0.01, .four_cycle_scatter = 0.01};
 
 ValveEvidence sticky_evidence() {
-  return {.phase = 2.5, .play = 0.5, .hammerstein = 0.3, .standing = 0.7, .turns = kByTravel};
+  return {.phase = 2.5, .play = 0.5, .hammerstein = 0.3, .standing = 0.7, .reversals = kByTravel};
 }
 
 TEST_CASE("a valve is seen if CO reverses by travel and PV is constant, otherwise it is likely") {
@@ -151,7 +151,7 @@ TEST_CASE("a valve is seen if CO reverses by travel and PV is constant, otherwis
   moving.standing = 0.39;
   CHECK(decide(moving, Follows::at_once).grade == Grade::likely);
   ValveEvidence irregular = e;
-  irregular.turns = {};
+  irregular.reversals = {};
   CHECK(decide(irregular, Follows::at_once).grade == Grade::likely);
   // In a slow process indicator A is needed as well.
   ValveEvidence slow = e;
@@ -161,11 +161,11 @@ TEST_CASE("a valve is seen if CO reverses by travel and PV is constant, otherwis
 }
 
 TEST_CASE("a swing with a constant period, or driven from outside, names no valve") {
-  for (const Turns& turns : {kByTime, kClockwork}) {
+  for (const Reversals& reversals : {kByTime, kClockwork}) {
     ValveEvidence e = sticky_evidence();
     e.phase = 4.0;
     e.standing = 0.9;
-    e.turns = turns;
+    e.reversals = reversals;
     for (const Follows follows : {Follows::at_once, Follows::by_integration, Follows::slowly}) {
       const ValveDecision d = decide(e, follows);
       CHECK(d.grade == Grade::none);
@@ -177,7 +177,7 @@ TEST_CASE("a swing with a constant period, or driven from outside, names no valv
   }
   // A swing doesn't count for indicator A.
   ValveEvidence swing{
-      .phase = -1.0, .play = 0.0, .hammerstein = 0.5, .standing = 0.1, .turns = kByTime};
+      .phase = -1.0, .play = 0.0, .hammerstein = 0.5, .standing = 0.1, .reversals = kByTime};
   const double p = decide(swing, Follows::at_once).probability;
   swing.hammerstein = 0.0;
   CHECK(decide(swing, Follows::at_once).probability == p);
@@ -204,7 +204,7 @@ TEST_CASE("a band that play and prediction show counts even if set points carry 
 
 TEST_CASE("without a band PV that lags CO is no sticking valve") {
   const ValveEvidence random_load{
-      .phase = 4.0, .play = 0.0, .hammerstein = 0.05, .standing = 0.6, .turns = kByTravel};
+      .phase = 4.0, .play = 0.0, .hammerstein = 0.05, .standing = 0.6, .reversals = kByTravel};
   CHECK(decide(random_load, Follows::at_once).probability <= kDecidedBelow);
   ValveEvidence banded = random_load;
   banded.play = 0.3;
@@ -242,7 +242,7 @@ TEST_CASE("a level is accused only if it cycles and PV is constant while CO move
   for (const Follows follows : {Follows::by_integration, Follows::slowly}) {
     CHECK(decide(sticky_evidence(), follows).grade == Grade::seen);
     ValveEvidence wanders = sticky_evidence();
-    wanders.turns = {.count = 20, .travel_scatter = 0.8, .cycle_scatter = 0.9};
+    wanders.reversals = {.count = 20, .travel_scatter = 0.8, .cycle_scatter = 0.9};
     ValveEvidence never_stands = sticky_evidence();
     never_stands.standing = 0.04;
     for (const ValveEvidence& e : {wanders, never_stands}) {
@@ -253,7 +253,7 @@ TEST_CASE("a level is accused only if it cycles and PV is constant while CO move
     }
     // A cycle without an external swing need not reverse by travel.
     ValveEvidence cycles = sticky_evidence();
-    cycles.turns = {.count = 20, .travel_scatter = 0.3, .cycle_scatter = 0.35};
+    cycles.reversals = {.count = 20, .travel_scatter = 0.3, .cycle_scatter = 0.35};
     CHECK(decide(cycles, follows).grade == Grade::likely);
     // If PV follows at once, the valve may stick in any kind of movement.
     CHECK(decide(wanders, Follows::at_once).grade == Grade::likely);

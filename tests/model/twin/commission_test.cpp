@@ -8,7 +8,7 @@
 
 #include "model/twin/explain.hpp"
 #include "model/twin/polish.hpp"
-#include "model/twin/sight.hpp"
+#include "model/twin/detectability.hpp"
 #include "model/watch/loop_monitor.hpp"
 #include "model/watch/controller_watch.hpp"
 #include "model/watch/twin_watch.hpp"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // A script replaces `loopwarden` here. The tests check its arguments, its exit and its duration.
-#include "daemon/reports/report_desk.hpp"
+#include "daemon/reports/report_queue.hpp"
 
 #include <catch2/catch.hpp>
 #include <chrono>
@@ -39,7 +39,7 @@ struct Bench {
     std::ofstream(settings.program) << "#!/bin/sh\n" << kOut << script << "\n";
     fs::permissions(settings.program, fs::perms::owner_all);
   }
-  ReportDesk make() {
+  ReportQueue make() {
     return {settings,
             {.now_ms = [this] { return now_ms += 1000; },
              .wake = [this] { ++woken; },
@@ -49,7 +49,7 @@ struct Bench {
   fs::path folder_of(const Report& report) const { return settings.folder / report.name; }
 
   tests::TemporaryFolder folder;
-  DeskSettings settings;
+  QueueSettings settings;
   std::int64_t now_ms = kNow_ms;
   int woken = 0;
   fs::path in_use;
@@ -85,7 +85,7 @@ TEST_CASE("a report is made by the command of its kind, with only its own argume
       "printf '%s\\n' \"$@\" > \"$OUT/words\"; mkdir \"$OUT/records\"; echo $TMPDIR > "
       "\"$TMPDIR/x\"; echo '<title>' > \"$OUT/" +
       page + "\"\necho 'progress: gap 99 %' >&2; echo assumed: a >&2; echo 'The valve sticks.'");
-  ReportDesk desk = bench.make();
+  ReportQueue desk = bench.make();
   const auto posted = desk.post(command_of("FIC-101", kind, twin));
   REQUIRE(posted);
   CHECK(posted->name == std::string("FIC-101-") + to_text(kind) + "-20270115T080001000Z");
@@ -123,7 +123,7 @@ TEST_CASE("a failed report has the reason in the command's own words", "[reports
        {"printf 'a\\033b\\n'; exit 1", "a b", false},
        {"echo all is well", "it wrote no report", false}}));
   Bench bench(script);
-  ReportDesk desk = bench.make();
+  ReportQueue desk = bench.make();
   desk.post(command_of("FIC-101"));
   REQUIRE(desk.run_next(go_on));
   const Report report = desk.of("FIC-101")->front();
@@ -135,7 +135,7 @@ TEST_CASE("a failed report has the reason in the command's own words", "[reports
 TEST_CASE("a report that takes too long is ended, and its files are deleted", "[reports]") {
   Bench bench("echo half > \"$OUT/half\"; exec sleep 600");
   bench.settings.most_time = milliseconds(500);
-  ReportDesk desk = bench.make();
+  ReportQueue desk = bench.make();
   desk.post(command_of("FIC-101"));
   REQUIRE(desk.run_next(go_on));
   const Report report = desk.of("FIC-101")->front();
@@ -147,7 +147,7 @@ TEST_CASE("a report that takes too long is ended, and its files are deleted", "[
 TEST_CASE("without the program a report fails", "[reports]") {
   Bench bench("");
   bench.settings.program = bench.folder / "nowhere";
-  ReportDesk desk = bench.make();
+  ReportQueue desk = bench.make();
   desk.post(command_of("FIC-101"));
   REQUIRE(desk.run_next(go_on));
   CHECK(desk.of("FIC-101")->front().state == State::failed);
@@ -156,7 +156,7 @@ TEST_CASE("without the program a report fails", "[reports]") {
 
 TEST_CASE("four reports wait, each at its position, and the fifth is refused", "[reports]") {
   Bench bench("sleep 0.5; echo '<title>' > \"$OUT/report.html\"");
-  ReportDesk desk = bench.make();
+  ReportQueue desk = bench.make();
   std::vector<std::string> order;
   for (const char* loop : {"FIC-101", "FIC-102", "FIC-101", "FIC-101"}) {
     const auto posted = desk.post(command_of(loop));
@@ -191,11 +191,11 @@ TEST_CASE("four reports wait, each at its position, and the fifth is refused", "
 
 TEST_CASE("two reports of one millisecond have different names", "[reports]") {
   Bench bench("");
-  ReportDesk desk{bench.settings,
-                  {.now_ms = [] { return kNow_ms; },
-                   .wake = [] {},
-                   .ended = [](const Report&) {},
-                   .in_use = [](const fs::path&) { return false; }}};
+  ReportQueue desk{bench.settings,
+                   {.now_ms = [] { return kNow_ms; },
+                    .wake = [] {},
+                    .ended = [](const Report&) {},
+                    .in_use = [](const fs::path&) { return false; }}};
   const auto one = desk.post(command_of("FIC-101"));
   const auto other = desk.post(command_of("FIC-101"));
   CHECK(one->name != other->name);
@@ -205,7 +205,7 @@ TEST_CASE("a report that is stopped restarts, before later ones", "[reports]") {
   Bench bench(
       "if [ -e \"$OUT/../second\" ]; then echo '<title>' > \"$OUT/report.html\"; else "
       "touch \"$OUT/half\" \"$OUT/../second\"; exec sleep 600; fi");
-  ReportDesk desk = bench.make();
+  ReportQueue desk = bench.make();
   const auto first = desk.post(command_of("FIC-101"));
   desk.post(command_of("FIC-101"));
   const fs::path second = bench.settings.folder / "second";
@@ -223,7 +223,7 @@ TEST_CASE("a report that is stopped restarts, before later ones", "[reports]") {
 
 TEST_CASE("the progress of a report is shown while it is made", "[reports]") {
   Bench bench("echo 'progress: what can be seen 41 %' >&2; echo note >&2; exec sleep 600");
-  ReportDesk desk = bench.make();
+  ReportQueue desk = bench.make();
   desk.post(command_of("FIC-101"));
   Report seen;
   desk.run_next([&](milliseconds patience) {
@@ -238,7 +238,7 @@ TEST_CASE("the progress of a report is shown while it is made", "[reports]") {
 TEST_CASE("the newest reports of a loop are kept, and those that its loops use", "[reports]") {
   Bench bench("echo '<title>' > \"$OUT/report.html\"");
   bench.settings.kept = 2;
-  ReportDesk desk = bench.make();
+  ReportQueue desk = bench.make();
   std::vector<Report> made;
   for (const char* loop : {"FIC-101", "FIC-102", "FIC-101", "FIC-101", "FIC-101"}) {
     made.push_back(*desk.post(command_of(loop)));
@@ -257,7 +257,7 @@ TEST_CASE("a restart knows the reports, and marks those that it ended as failed"
       "if [ $1 = survey ]; then echo x > \"$OUT/half\"; exec sleep 600; fi; echo "
       "'<title>' > \"$OUT/report.html\"; echo fine");
   {
-    ReportDesk desk = bench.make();
+    ReportQueue desk = bench.make();
     desk.post(command_of("FIC-101"));
     REQUIRE(desk.run_next(go_on));
     desk.post(command_of("FIC-101", Kind::survey));
@@ -274,7 +274,7 @@ TEST_CASE("a restart knows the reports, and marks those that it ended as failed"
   tests::write_file(bench.folder / "killed/own/report.html", "of somebody's own");
   tests::write_file(bench.folder / "killed/FIC-101-gap-x/about.json", "{\"name\": 3}");
   bench.settings.folder = bench.folder / "killed";
-  ReportDesk after = bench.make();
+  ReportQueue after = bench.make();
   CHECK_FALSE(after.of("FIC-101"));
   const auto asked = after.post(command_of("FIC-101"));
   REQUIRE(after.run_next(go_on));

@@ -36,26 +36,26 @@
 
 namespace loopwarden::diagnosis {
 
-inline constexpr std::size_t kLeastTurns = 6;
+inline constexpr std::size_t kLeastReversals = 6;
 inline constexpr std::size_t kLeastForTime = 8;
 inline constexpr std::size_t kLeastForClockwork = 16;
 inline constexpr std::size_t kLeastFours = 4;
 
-enum class TurnsBy : std::uint8_t { neither, travel, time, clockwork };
-const char* to_text(TurnsBy by) noexcept;
+enum class ReversalsBy : std::uint8_t { neither, travel, time, clockwork };
+const char* to_text(ReversalsBy by) noexcept;
 
-struct Turns {
+struct Reversals {
   std::size_t count = 0;        // without the first and the last of the record
   double travel_scatter = 0.0;  // 0 to about 2; 0 below kLeastTurns
   double cycle_scatter = 0.0;
   double four_cycle_scatter =
       0.0;  // of the median cycle; 0 if the record has fewer than kLeastFours
-  TurnsBy by() const noexcept;
+  ReversalsBy by() const noexcept;
   bool cycles() const noexcept;  // turns by travel, or the cycle scatters less than 0.4
 };
 
 // Returns the turns of `co`, which has no slow movement and 4 to 40 samples per cycle.
-Turns find_turns(std::span<const double> co);
+Reversals find_reversals(std::span<const double> co);
 
 // Returns the samples at which x turns. A turn counts when x has gone back by `depth`.
 std::vector<std::size_t> turning_points(std::span<const double> x, double depth);

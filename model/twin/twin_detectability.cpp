@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "model/twin/twin_sight.hpp"
+#include "model/twin/twin_detectability.hpp"
 
 #include <algorithm>
 #include <cmath>

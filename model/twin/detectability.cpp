@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "model/twin/sight.hpp"
+#include "model/twin/detectability.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -117,8 +117,8 @@ struct Tried {
 
 class Looker {
  public:
-  Looker(const plant::LoopModel& twin, const specialist::Team& team, const SightSettings& settings,
-         const specialist::ParallelFor& parallel)
+  Looker(const plant::LoopModel& twin, const specialist::Team& team,
+         const DetectabilitySettings& settings, const specialist::ParallelFor& parallel)
       : twin_(twin), team_(team), settings_(settings), parallel_(parallel) {}
 
   Seen look_for(Condition condition) const {
@@ -203,16 +203,16 @@ class Looker {
 
   const plant::LoopModel& twin_;
   const specialist::Team& team_;
-  const SightSettings& settings_;
+  const DetectabilitySettings& settings_;
   const specialist::ParallelFor& parallel_;
 };
 
 }  // namespace
 
-Sight look(const plant::LoopModel& twin, const specialist::Team& team,
-           const SightSettings& settings, const specialist::ParallelFor& parallel,
-           const std::function<void(double)>& progress) {
-  Sight out;
+Detectability look(const plant::LoopModel& twin, const specialist::Team& team,
+                   const DetectabilitySettings& settings, const specialist::ParallelFor& parallel,
+                   const std::function<void(double)>& progress) {
+  Detectability out;
   const Looker looker(twin, team, settings, parallel);
   const double all = static_cast<double>(kWatched.size() + 1);
   for (std::size_t c = 0; c < kWatched.size(); ++c) {

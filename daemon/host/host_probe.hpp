@@ -14,9 +14,9 @@
 #include <vector>
 
 #include "base/thread.hpp"
-#include "daemon/host/box_board.hpp"
-#include "daemon/host/box_judge.hpp"
-#include "base/errand/disk_errand.hpp"
+#include "daemon/host/host_alarms.hpp"
+#include "daemon/host/host_judge.hpp"
+#include "base/blocking/blocking_worker.hpp"
 #include "daemon/protocol/answers.hpp"
 
 namespace loopwarden::daemon::host {
@@ -33,12 +33,12 @@ struct BoxSources {
   std::chrono::milliseconds period{5000};  // between two checks
 };
 
-class BoxLooker {
+class HostProbe {
  public:
-  BoxLooker(BoxSources sources, BoxBoard& board) : sources_(std::move(sources)), board_(board) {}
-  BoxLooker(const BoxLooker&) = delete;
-  BoxLooker& operator=(const BoxLooker&) = delete;
-  ~BoxLooker() { stop(); }
+  HostProbe(BoxSources sources, HostAlarms& board) : sources_(std::move(sources)), board_(board) {}
+  HostProbe(const HostProbe&) = delete;
+  HostProbe& operator=(const HostProbe&) = delete;
+  ~HostProbe() { stop(); }
 
   void start();
   void stop();
@@ -52,11 +52,11 @@ class BoxLooker {
   BoxLook look();
 
   BoxSources sources_;
-  BoxBoard& board_;
+  HostAlarms& board_;
   std::mutex mutex_;
   std::condition_variable wake_;
   bool quit_ = false;
-  base::DiskErrand disk_{"lw-box-disk"};
+  base::BlockingWorker disk_{"lw-box-disk"};
   base::Thread thread_;
 };
 

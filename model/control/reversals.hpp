@@ -9,9 +9,9 @@
 
 namespace loopwarden::control {
 
-class Turns {
+class Reversals {
  public:
-  explicit Turns(double band) noexcept : band_(band) {}
+  explicit Reversals(double band) noexcept : band_(band) {}
 
   void reset(double u) noexcept {
     extreme_ = u;

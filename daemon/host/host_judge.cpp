@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "daemon/host/box_judge.hpp"
+#include "daemon/host/host_judge.hpp"
 
 #include <fmt/format.h>
 
@@ -50,7 +50,7 @@ void judge_certificates(const BoxLook& look, std::optional<bool>& found, std::st
 
 }  // namespace
 
-BoxReport BoxJudge::judge(const BoxLook& look) {
+BoxReport HostJudge::judge(const BoxLook& look) {
   BoxReport report;
   const auto found = [&](BoxAlarm kind) -> std::optional<bool>& {
     return report.found[index_of(kind)];

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "hal/feed/feed_board.hpp"
+#include "hal/feed/feed_table.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -30,7 +30,7 @@ struct Rig {
   }
   double age_s() { return now_s - static_cast<double>(pv().sample.time_ns) * 1e-9; }
 
-  FeedBoard board;
+  FeedTable board;
   Feeder& feeder{board.feeder("opcua")};
   FeedSource source{{.process_variable = {{"opcua", "PV"}},
                      .output = {{"opcua", "OP"}},

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "base/errand/disk_errand.hpp"
+#include "base/blocking/blocking_worker.hpp"
 
 #include <array>
 #include <atomic>
@@ -11,7 +11,7 @@
 
 namespace disk_errand_test {
 
-using loopwarden::base::DiskErrand;
+using loopwarden::base::BlockingWorker;
 
 namespace {
 
@@ -29,7 +29,7 @@ int threads_called(const std::string& name) {
 
 TEST_CASE("several first requests at the same time share one thread") {
   for (int round = 0; round < 200; ++round) {
-    DiskErrand errand("t-errand");
+    BlockingWorker task("t-errand");
     std::atomic<int> ready{0};
     std::atomic<int> answered{0};
     std::array<std::thread, 4> all;
@@ -37,7 +37,7 @@ TEST_CASE("several first requests at the same time share one thread") {
       one = std::thread([&] {
         ++ready;
         while (ready < static_cast<int>(all.size())) std::this_thread::yield();
-        if (errand.ask<int>([] { return 1; }, std::chrono::minutes(1)) == 1) ++answered;
+        if (task.ask<int>([] { return 1; }, std::chrono::minutes(1)) == 1) ++answered;
       });
     }
     for (std::thread& one : all) one.join();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "model/diagnosis/turns.hpp"
+#include "model/diagnosis/reversals.hpp"
 
 #include <algorithm>
 #include <array>
@@ -34,12 +34,12 @@ double scatter(const Series& x) {
 
 }  // namespace
 
-const char* to_text(TurnsBy by) noexcept {
-  return numeric::enum_name<TurnsBy::clockwork>(by, {"neither", "travel", "time", "clockwork"});
+const char* to_text(ReversalsBy by) noexcept {
+  return numeric::enum_name<ReversalsBy::clockwork>(by, {"neither", "travel", "time", "clockwork"});
 }
 
 std::vector<std::size_t> turning_points(std::span<const double> x, double depth) {
-  std::vector<std::size_t> turns;
+  std::vector<std::size_t> reversals;
   std::size_t low = 0;
   std::size_t high = 0;
   int direction = 0;
@@ -47,49 +47,49 @@ std::vector<std::size_t> turning_points(std::span<const double> x, double depth)
     if (x[k] < x[low]) low = k;
     if (x[k] > x[high]) high = k;
     if (direction >= 0 && x[high] - x[k] > depth) {
-      turns.push_back(high);
+      reversals.push_back(high);
       direction = -1;
       low = k;
     } else if (direction <= 0 && x[k] - x[low] > depth) {
-      turns.push_back(low);
+      reversals.push_back(low);
       direction = 1;
       high = k;
     }
   }
-  return turns;
+  return reversals;
 }
 
-TurnsBy Turns::by() const noexcept {
-  if (count < kLeastTurns) return TurnsBy::neither;
+ReversalsBy Reversals::by() const noexcept {
+  if (count < kLeastReversals) return ReversalsBy::neither;
   const bool forgets =
       four_cycle_scatter > std::max(kForgetsPhase * cycle_scatter, kLeastForgotten);
   if (cycle_scatter < kClockwork) {
     const bool known = four_cycle_scatter > 0.0 && count >= kLeastForClockwork;
-    return known && !forgets ? TurnsBy::clockwork : TurnsBy::neither;
+    return known && !forgets ? ReversalsBy::clockwork : ReversalsBy::neither;
   }
   if (cycle_scatter > kByTravelFrom * travel_scatter && travel_scatter < kSteadyTravel) {
-    return TurnsBy::travel;
+    return ReversalsBy::travel;
   }
   if (count >= kLeastForTime && cycle_scatter < kSteadyCycle &&
       cycle_scatter < (forgets ? kByTimeForgetting : kByTimeBelow) * travel_scatter) {
-    return TurnsBy::time;
+    return ReversalsBy::time;
   }
-  return TurnsBy::neither;
+  return ReversalsBy::neither;
 }
 
-bool Turns::cycles() const noexcept {
-  return by() == TurnsBy::travel || (count >= kLeastTurns && cycle_scatter < kSteadyCycle);
+bool Reversals::cycles() const noexcept {
+  return by() == ReversalsBy::travel || (count >= kLeastReversals && cycle_scatter < kSteadyCycle);
 }
 
-Turns find_turns(std::span<const double> co) {
+Reversals find_reversals(std::span<const double> co) {
   const Series u = medians_of_three(co);
-  Turns found;
+  Reversals found;
   if (u.empty()) return found;
   const double range = numeric::quantile(u, 0.98) - numeric::quantile(u, 0.02);
   if (range <= 0.0) return found;
   const std::vector<std::size_t> at = turning_points(u, kTurnDepth * range);
   // The first turn may be no turn, and the last run is cut off.
-  if (at.size() < kLeastTurns + 1) return found;
+  if (at.size() < kLeastReversals + 1) return found;
   found.count = at.size() - 1;
   std::array<Series, 2> travels;
   Series cycles;

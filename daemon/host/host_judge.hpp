@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "daemon/host/box_board.hpp"
+#include "daemon/host/host_alarms.hpp"
 
 namespace loopwarden::daemon::host {
 
@@ -40,7 +40,7 @@ struct BoxLook {
 };
 
 // Judges a check against the previous one. It uses no clock.
-class BoxJudge {
+class HostJudge {
  public:
   BoxReport judge(const BoxLook& look);
 

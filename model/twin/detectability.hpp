@@ -32,7 +32,7 @@ inline constexpr std::array kWatched{
     specialist::Condition::stiction, specialist::Condition::backlash,
     specialist::Condition::hysteresis, specialist::Condition::low_air_supply};
 
-struct SightSettings {
+struct DetectabilitySettings {
   std::uint64_t seed = 1;
   std::size_t windows = 60;       // of each size
   std::size_t alarm_runs = 5;     // of two hours each
@@ -46,15 +46,15 @@ struct Seen {
   double found_at_most = 0.0;             // share of the windows that show it, at the best size
 };
 
-struct Sight {
+struct Detectability {
   std::array<Seen, kWatched.size()> seen{};
   std::size_t false_alarms = 0;
   double false_alarms_per_year = 0.0;  // upper end
   double simulated_years = 0.0;
 };
 
-Sight look(const plant::LoopModel& twin, const specialist::Team& team,
-           const SightSettings& settings, const specialist::ParallelFor& parallel,
-           const std::function<void(double)>& progress);
+Detectability look(const plant::LoopModel& twin, const specialist::Team& team,
+                   const DetectabilitySettings& settings, const specialist::ParallelFor& parallel,
+                   const std::function<void(double)>& progress);
 
 }  // namespace loopwarden::twin

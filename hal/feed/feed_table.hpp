@@ -74,13 +74,13 @@ class Feeder {
   const Counters& counters() const noexcept { return counters_; }
 
  private:
-  friend class FeedBoard;
+  friend class FeedTable;
   std::map<std::string, std::unique_ptr<FeedSlot>, std::less<>> slots_;
   std::atomic<std::int64_t> alive_ns_{0};
   Counters counters_;
 };
 
-class FeedBoard {
+class FeedTable {
  public:
   // Returns the feeder or slot and creates it if missing. Call these before the threads start. The
   // addresses stay valid.
@@ -98,7 +98,7 @@ class FeedBoard {
 class FeedSource final : public LoopSource {
  public:
   // `board` must outlive this object.
-  FeedSource(const FeedSettings& settings, FeedBoard& board);
+  FeedSource(const FeedSettings& settings, FeedTable& board);
 
   void open() override {}
   void close() noexcept override {}
@@ -112,7 +112,7 @@ class FeedSource final : public LoopSource {
     double scale = 1.0;
     double offset = 0.0;
   };
-  static Point point_of(const FeedPoint& point, FeedBoard& board);
+  static Point point_of(const FeedPoint& point, FeedTable& board);
   static SourceSample newest(const Point& point) noexcept;
 
   Point process_variable_;

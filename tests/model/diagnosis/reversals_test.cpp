@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Tests the cause of the reversals of CO, the hold evidence of PV, and the effect of a limit on
 // both.
-#include "model/diagnosis/turns.hpp"
+#include "model/diagnosis/reversals.hpp"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -41,8 +41,8 @@ TEST_CASE(
   const auto drawn = [&](double low, double high) {
     return [&random, low, high] { return low + (high - low) * random.uniform(); };
   };
-  const Turns valve = find_turns(zigzag(40, constant(4.0), drawn(8.0, 30.0)));
-  CHECK(valve.by() == TurnsBy::travel);
+  const Reversals valve = find_reversals(zigzag(40, constant(4.0), drawn(8.0, 30.0)));
+  CHECK(valve.by() == ReversalsBy::travel);
   CHECK(valve.count == Approx(39).margin(2));
   CHECK(valve.travel_scatter < 0.05);
   CHECK(valve.cycle_scatter > 0.2);
@@ -52,9 +52,9 @@ TEST_CASE(
     const double samples = 36.0 + 8.0 * random.uniform();
     for (double k = 0.0; k < samples; k += 1.0) swing.push_back(size * sine(k / samples));
   }
-  CHECK(find_turns(swing).by() == TurnsBy::time);
-  CHECK(find_turns(zigzag(5, constant(4.0), drawn(8.0, 30.0))).by() == TurnsBy::neither);
-  CHECK(find_turns(Series(100, 1.0)).count == 0);
+  CHECK(find_reversals(swing).by() == ReversalsBy::time);
+  CHECK(find_reversals(zigzag(5, constant(4.0), drawn(8.0, 30.0))).by() == ReversalsBy::neither);
+  CHECK(find_reversals(Series(100, 1.0)).count == 0);
 }
 
 TEST_CASE("a cycle whose travel and time scatter alike is a swing only while it keeps its phase") {
@@ -70,14 +70,14 @@ TEST_CASE("a cycle whose travel and time scatter alike is a swing only while it 
     const double before = std::exchange(late, 27.0 * random.uniform() - 13.5);
     return 40.0 + std::round(late) - std::round(before);
   };
-  const Turns limit_cycle = find_turns(zigzag(120, travel, forgotten));
-  const Turns swing = find_turns(zigzag(120, travel, kept));
-  for (const Turns& turns : {limit_cycle, swing}) {
-    CHECK(turns.cycle_scatter > 0.8 * turns.travel_scatter);
-    CHECK(turns.cycle_scatter < 1.1 * turns.travel_scatter);
+  const Reversals limit_cycle = find_reversals(zigzag(120, travel, forgotten));
+  const Reversals swing = find_reversals(zigzag(120, travel, kept));
+  for (const Reversals& reversals : {limit_cycle, swing}) {
+    CHECK(reversals.cycle_scatter > 0.8 * reversals.travel_scatter);
+    CHECK(reversals.cycle_scatter < 1.1 * reversals.travel_scatter);
   }
-  CHECK(limit_cycle.by() == TurnsBy::neither);
-  CHECK(swing.by() == TurnsBy::time);
+  CHECK(limit_cycle.by() == ReversalsBy::neither);
+  CHECK(swing.by() == ReversalsBy::time);
 }
 
 TEST_CASE("an external oscillation keeps its phase, a limit cycle forgets it") {
@@ -90,14 +90,14 @@ TEST_CASE("an external oscillation keeps its phase, a limit cycle forgets it") {
     const double before = std::exchange(late, 2.0 * random.uniform() - 1.0);
     return 40.0 + std::round(late) - std::round(before);
   };
-  CHECK(find_turns(zigzag(120, constant, kept)).by() == TurnsBy::clockwork);
+  CHECK(find_reversals(zigzag(120, constant, kept)).by() == ReversalsBy::clockwork);
   // At most twice as late, but each reversal counts from the previous one.
   const auto forgotten = [&] { return 40.0 + std::round(4.0 * random.uniform() - 2.0); };
-  const Turns limit_cycle = find_turns(zigzag(120, constant, forgotten));
+  const Reversals limit_cycle = find_reversals(zigzag(120, constant, forgotten));
   CHECK(limit_cycle.cycle_scatter < 0.06);
-  CHECK(limit_cycle.by() == TurnsBy::neither);
+  CHECK(limit_cycle.by() == ReversalsBy::neither);
   // Too few cycles for a verdict.
-  CHECK(find_turns(zigzag(12, constant, [] { return 20.0; })).by() == TurnsBy::neither);
+  CHECK(find_reversals(zigzag(12, constant, [] { return 20.0; })).by() == ReversalsBy::neither);
 }
 
 TEST_CASE("a valve whose moves up and down take different times still reverses by travel") {
@@ -107,9 +107,9 @@ TEST_CASE("a valve whose moves up and down take different times still reverses b
     const double stretch = 0.6 + 0.8 * random.uniform();
     return (move++ % 2 == 0 ? 30.0 : 8.0) * stretch;
   };
-  CHECK(find_turns(zigzag(
-                       40, [] { return 4.0; }, slow_up))
-            .by() == TurnsBy::travel);
+  CHECK(find_reversals(zigzag(
+                           40, [] { return 4.0; }, slow_up))
+            .by() == ReversalsBy::travel);
 }
 
 TEST_CASE("PV is constant after a valve that sticks, and moves with a valve that follows") {

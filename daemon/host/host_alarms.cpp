@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "daemon/host/box_board.hpp"
+#include "daemon/host/host_alarms.hpp"
 
 #include <algorithm>
 
@@ -8,7 +8,7 @@ namespace loopwarden::daemon::host {
 using alarm::BoxAlarm;
 using journal::JournalEntry;
 
-void BoxBoard::restore(const journal::AlarmStates& states) {
+void HostAlarms::restore(const journal::AlarmStates& states) {
   const std::lock_guard lock(mutex_);
   for (const BoxAlarm kind : alarm::kBoxAlarms) {
     const auto found = states.memories.find({alarm::kBox, alarm::to_text(kind)});
@@ -16,19 +16,19 @@ void BoxBoard::restore(const journal::AlarmStates& states) {
   }
 }
 
-void BoxBoard::look(const BoxReport& report, std::int64_t monotonic_ms) {
+void HostAlarms::look(const BoxReport& report, std::int64_t monotonic_ms) {
   const std::lock_guard lock(mutex_);
   newest_ = report;
   const alarm::BoxAlarms before = alarms_;
   if (alarms_.found(report.found, monotonic_ms, utc_ms_())) write_changes(before);
 }
 
-supervision::CommandResult BoxBoard::act(const BoxCommand& order) {
+supervision::CommandResult HostAlarms::act(const BoxCommand& order) {
   const std::lock_guard lock(mutex_);
   return act_locked(order);
 }
 
-supervision::CommandResult BoxBoard::act_locked(const BoxCommand& order) {
+supervision::CommandResult HostAlarms::act_locked(const BoxCommand& order) {
   const alarm::BoxAlarms before = alarms_;
   const std::int64_t now_ms = utc_ms_();
   const alarm::Alarm& alarm = alarms_.alarm(order.kind);
@@ -42,7 +42,7 @@ supervision::CommandResult BoxBoard::act_locked(const BoxCommand& order) {
   return result;
 }
 
-BoxAcknowledged BoxBoard::acknowledge_all(const std::string& peer, const std::string& reason) {
+BoxAcknowledged HostAlarms::acknowledge_all(const std::string& peer, const std::string& reason) {
   const std::lock_guard lock(mutex_);
   BoxAcknowledged done;
   for (const BoxAlarm kind : alarm::kBoxAlarms) {
@@ -53,22 +53,22 @@ BoxAcknowledged BoxBoard::acknowledge_all(const std::string& peer, const std::st
   return done;
 }
 
-alarm::BoxAlarms BoxBoard::alarms() const {
+alarm::BoxAlarms HostAlarms::alarms() const {
   const std::lock_guard lock(mutex_);
   return alarms_;
 }
 
-std::string BoxBoard::why(BoxAlarm kind) const {
+std::string HostAlarms::why(BoxAlarm kind) const {
   const std::lock_guard lock(mutex_);
   return newest_.why[alarm::index_of(kind)];
 }
 
-std::uint64_t BoxBoard::changes() const {
+std::uint64_t HostAlarms::changes() const {
   const std::lock_guard lock(mutex_);
   return changes_;
 }
 
-std::uint64_t BoxBoard::write_changes(const alarm::BoxAlarms& before) {
+std::uint64_t HostAlarms::write_changes(const alarm::BoxAlarms& before) {
   std::uint64_t ticket = 0;
   for (const BoxAlarm kind : alarm::kBoxAlarms) {
     const alarm::Alarm& alarm = alarms_.alarm(kind);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "hal/feed/feed_board.hpp"
+#include "hal/feed/feed_table.hpp"
 
 #include <cmath>
 
@@ -61,19 +61,19 @@ Feeder::Put Feeder::put(std::string_view name, const FedValue& value, const Arri
   return Put::taken;
 }
 
-Feeder& FeedBoard::feeder(const std::string& name) {
+Feeder& FeedTable::feeder(const std::string& name) {
   std::unique_ptr<Feeder>& feeder = feeders_[name];
   if (!feeder) feeder = std::make_unique<Feeder>();
   return *feeder;
 }
 
-FeedSlot& FeedBoard::slot(const FeedName& name) {
+FeedSlot& FeedTable::slot(const FeedName& name) {
   std::unique_ptr<FeedSlot>& slot = feeder(name.feeder).slots_[name.name];
   if (!slot) slot = std::make_unique<FeedSlot>();
   return *slot;
 }
 
-FeedSource::FeedSource(const FeedSettings& settings, FeedBoard& board)
+FeedSource::FeedSource(const FeedSettings& settings, FeedTable& board)
     : process_variable_(point_of(settings.process_variable, board)),
       output_(point_of(settings.output, board)) {
   if (settings.set_point) set_point_ = point_of(*settings.set_point, board);
@@ -83,7 +83,7 @@ FeedSource::FeedSource(const FeedSettings& settings, FeedBoard& board)
   board.slot(*settings.mode).takes_words = true;
 }
 
-FeedSource::Point FeedSource::point_of(const FeedPoint& point, FeedBoard& board) {
+FeedSource::Point FeedSource::point_of(const FeedPoint& point, FeedTable& board) {
   return {.slot = &board.slot(point.name),
           .feeder = &board.feeder(point.name.feeder),
           .scale = point.scale,

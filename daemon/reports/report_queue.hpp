@@ -21,7 +21,7 @@
 
 namespace loopwarden::daemon::reports {
 
-struct DeskSettings {
+struct QueueSettings {
   std::filesystem::path program;  // path of loopwarden; empty: not found
   std::filesystem::path folder;   // folder of all reports
   std::filesystem::path socket;   // socket that gives loopwarden the loop's ranges and segments
@@ -39,12 +39,12 @@ struct ReportCallbacks {
   std::function<bool(const std::filesystem::path& folder)> in_use;
 };
 
-class ReportDesk {
+class ReportQueue {
  public:
   // Waits up to the given time and returns true if the work must stop.
   using Stop = std::function<bool(std::chrono::milliseconds)>;
 
-  ReportDesk(DeskSettings settings, ReportCallbacks callbacks)
+  ReportQueue(QueueSettings settings, ReportCallbacks callbacks)
       : settings_(std::move(settings)), callbacks_(std::move(callbacks)) {}
 
   // From any thread.
@@ -80,7 +80,7 @@ class ReportDesk {
   void remove_old(const std::string& loop);
   std::size_t waiting_before(const Report& report) const;
 
-  DeskSettings settings_;
+  QueueSettings settings_;
   ReportCallbacks callbacks_;
   mutable std::mutex mutex_;  // held for copies in memory only
   std::vector<Entry> all_;    // in the order of the requests

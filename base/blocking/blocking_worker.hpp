@@ -19,13 +19,13 @@
 
 namespace loopwarden::base {
 
-class DiskErrand {
+class BlockingWorker {
  public:
-  explicit DiskErrand(std::string thread_name,
-                      std::size_t stack_bytes = ThreadOptions{}.stack_bytes);
-  DiskErrand(const DiskErrand&) = delete;
-  DiskErrand& operator=(const DiskErrand&) = delete;
-  ~DiskErrand() { stop(); }
+  explicit BlockingWorker(std::string thread_name,
+                          std::size_t stack_bytes = ThreadOptions{}.stack_bytes);
+  BlockingWorker(const BlockingWorker&) = delete;
+  BlockingWorker& operator=(const BlockingWorker&) = delete;
+  ~BlockingWorker() { stop(); }
 
   // Starts the thread. Without this call, the first errand starts it.
   void start();
@@ -35,20 +35,20 @@ class DiskErrand {
 
   // Hands the errand over. Returns false, without running it, if the last one is not finished. The
   // errand must own all its data, because the caller may be gone when it ends.
-  bool begin(std::function<void()> errand) {
-    return begin_until(std::move(errand), std::chrono::steady_clock::now());
+  bool begin(std::function<void()> task) {
+    return begin_until(std::move(task), std::chrono::steady_clock::now());
   }
   // Runs `errand` and returns its result or rethrows its exception. Returns nullopt if it has not
   // finished after `patience`, which includes the wait for the errand before it.
   template <class Result>
-  std::optional<Result> ask(std::function<Result()> errand, std::chrono::milliseconds patience);
+  std::optional<Result> ask(std::function<Result()> task, std::chrono::milliseconds patience);
 
   // Returns the duration of the present errand so far, s; 0: no errand runs.
   double seconds() const noexcept { return wait_.seconds(); }
 
  private:
   using Time = std::chrono::steady_clock::time_point;
-  bool begin_until(std::function<void()> errand, Time deadline);
+  bool begin_until(std::function<void()> task, Time deadline);
   void run();
 
   std::string thread_name_;
@@ -56,15 +56,15 @@ class DiskErrand {
   DiskWait wait_;
   std::mutex mutex_;
   std::condition_variable changed_;
-  std::function<void()> errand_;
+  std::function<void()> task_;
   bool busy_ = false;
   bool quit_ = false;
   base::Thread thread_;
 };
 
 template <class Result>
-std::optional<Result> DiskErrand::ask(std::function<Result()> errand,
-                                      std::chrono::milliseconds patience) {
+std::optional<Result> BlockingWorker::ask(std::function<Result()> task,
+                                          std::chrono::milliseconds patience) {
   struct Answer {
     std::mutex mutex;
     std::condition_variable there;
@@ -73,11 +73,11 @@ std::optional<Result> DiskErrand::ask(std::function<Result()> errand,
   };
   const auto answer = std::make_shared<Answer>();
   const Time deadline = std::chrono::steady_clock::now() + patience;
-  const auto work = [answer, errand = std::move(errand)] {
+  const auto work = [answer, task = std::move(task)] {
     std::optional<Result> result;
     std::exception_ptr error;
     try {
-      result = errand();
+      result = task();
     } catch (...) {
       error = std::current_exception();
     }

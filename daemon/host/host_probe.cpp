@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "daemon/host/box_looker.hpp"
+#include "daemon/host/host_probe.hpp"
 
 #include <spdlog/spdlog.h>
 
@@ -40,7 +40,7 @@ DiskLook look_at_disk(const std::filesystem::path& state_directory,
   return look;
 }
 
-BoxLook BoxLooker::look() {
+BoxLook HostProbe::look() {
   std::optional<DiskLook> disk = disk_.ask(sources_.disk, kDiskPatience);
   const protocol::DaemonStatus status = sources_.status();
   BoxLook look{.monotonic_ms = monotonic_ms(),
@@ -56,11 +56,11 @@ BoxLook BoxLooker::look() {
   return look;
 }
 
-void BoxLooker::start() {
+void HostProbe::start() {
   thread_.start({.name = "lw-box"}, [this] { run(); });
 }
 
-void BoxLooker::ask_to_end() {
+void HostProbe::ask_to_end() {
   {
     const std::lock_guard lock(mutex_);
     quit_ = true;
@@ -68,13 +68,13 @@ void BoxLooker::ask_to_end() {
   wake_.notify_all();
 }
 
-void BoxLooker::stop() {
+void HostProbe::stop() {
   ask_to_end();
   thread_.join();
   disk_.stop();
 }
 
-bool BoxLooker::stop_for(std::chrono::milliseconds patience) {
+bool HostProbe::stop_for(std::chrono::milliseconds patience) {
   const auto until = std::chrono::steady_clock::now() + patience;
   ask_to_end();
   const bool ended = thread_.join_for(patience);
@@ -83,8 +83,8 @@ bool BoxLooker::stop_for(std::chrono::milliseconds patience) {
   return disk_.stop_for(std::max(left, std::chrono::milliseconds(0))) && ended;
 }
 
-void BoxLooker::run() {
-  BoxJudge judge;
+void HostProbe::run() {
+  HostJudge judge;
   std::unique_lock lock(mutex_);
   while (!quit_) {
     lock.unlock();

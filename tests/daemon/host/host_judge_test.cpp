@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "daemon/host/box_judge.hpp"
+#include "daemon/host/host_judge.hpp"
 
 #include <catch2/catch.hpp>
 
 #include "base/clock.hpp"
-#include "daemon/host/box_looker.hpp"
+#include "daemon/host/host_probe.hpp"
 #include "daemon/host/certificate_file.hpp"
 #include "tests/support/shell.hpp"
 #include "tests/support/temporary_folder.hpp"
@@ -13,9 +13,9 @@ namespace loopwarden::daemon::box_judge_test {
 
 using alarm::BoxAlarm;
 using alarm::index_of;
-using host::BoxJudge;
 using host::BoxLook;
 using host::BoxReport;
+using host::HostJudge;
 
 namespace {
 
@@ -42,7 +42,7 @@ std::string why(const BoxReport& report, BoxAlarm kind) { return report.why[inde
 }  // namespace
 
 TEST_CASE("a healthy host has no alarm", "[box]") {
-  BoxJudge judge;
+  HostJudge judge;
   for (std::int64_t t = 0; t < 50'000; t += 5'000) {
     const BoxReport report = judge.judge(healthy(t));
     for (const BoxAlarm kind : alarm::kBoxAlarms) {
@@ -53,7 +53,7 @@ TEST_CASE("a healthy host has no alarm", "[box]") {
 }
 
 TEST_CASE("a disk without room, or one that the journal can't write on", "[box]") {
-  BoxJudge judge;
+  HostJudge judge;
   BoxLook look = healthy(0);
   look.disk->room_bytes = 99'999'999;
   CHECK(on(judge.judge(look), BoxAlarm::disk_full));
@@ -69,7 +69,7 @@ TEST_CASE("a disk without room, or one that the journal can't write on", "[box]"
 TEST_CASE(
     "a hung disk is reported after 10 s; conditions that only it knows are not reported meanwhile",
     "[box]") {
-  BoxJudge judge;
+  HostJudge judge;
   BoxLook look = healthy(0);
   look.disk.reset();
   look.disk_wait_s = 9.9;
@@ -82,7 +82,7 @@ TEST_CASE(
 }
 
 TEST_CASE("a clock that is set is reported for ten minutes; a slewed one is not", "[box]") {
-  BoxJudge judge;
+  HostJudge judge;
   judge.judge(healthy(0));
   BoxLook look = healthy(5'000);
   look.utc_ms += 900;
@@ -101,7 +101,7 @@ TEST_CASE("a clock that is set is reported for ten minutes; a slewed one is not"
 }
 
 TEST_CASE("feeders and services are named; without systemd no service is reported", "[box]") {
-  BoxJudge judge;
+  HostJudge judge;
   BoxLook look = healthy(0);
   look.lost_feeders = {"opcua", "mqtt"};
   look.failed_services = {"loopwarden-page.service"};
@@ -113,7 +113,7 @@ TEST_CASE("feeders and services are named; without systemd no service is reporte
 }
 
 TEST_CASE("cycles that were dropped before the start are not reported", "[box]") {
-  BoxJudge judge;
+  HostJudge judge;
   BoxLook look = healthy(0);
   look.dropped = 7;
   CHECK_FALSE(on(judge.judge(look), BoxAlarm::records_dropped));
@@ -126,7 +126,7 @@ TEST_CASE("cycles that were dropped before the start are not reported", "[box]")
 }
 
 TEST_CASE("a certificate that ends within 14 days, has ended, or can't be read", "[box]") {
-  BoxJudge judge;
+  HostJudge judge;
   const auto told = [&](std::optional<std::int64_t> ends_s) {
     BoxLook look = healthy(0);
     look.disk->certificates = {{"box.pem", ends_s}};
@@ -157,7 +157,7 @@ TEST_CASE("the end of a certificate is read from its file", "[box]") {
 TEST_CASE("a renewed certificate is not reported any more at the next look", "[box]") {
   const tests::TemporaryFolder folder;
   const std::string file = (folder / "box.pem").string();
-  BoxJudge judge;
+  HostJudge judge;
   const auto told = [&] {
     BoxLook look = healthy(0);
     look.utc_ms = base::utc_ms();

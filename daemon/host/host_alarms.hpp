@@ -31,13 +31,13 @@ struct BoxAcknowledged {
   std::uint64_t ticket = 0;  // of the journal's last line; 0: no alarm was waiting
 };
 
-class BoxBoard {
+class HostAlarms {
  public:
-  BoxBoard(const alarm::AlarmSettings& settings, journal::Journal& journal,
-           std::function<std::int64_t()> utc_ms)
+  HostAlarms(const alarm::AlarmSettings& settings, journal::Journal& journal,
+             std::function<std::int64_t()> utc_ms)
       : journal_(journal), utc_ms_(std::move(utc_ms)), alarms_(settings) {}
-  BoxBoard(const BoxBoard&) = delete;
-  BoxBoard& operator=(const BoxBoard&) = delete;
+  HostAlarms(const HostAlarms&) = delete;
+  HostAlarms& operator=(const HostAlarms&) = delete;
 
   // Call it before the threads start.
   void restore(const journal::AlarmStates& states);

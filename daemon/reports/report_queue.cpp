@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "daemon/reports/report_desk.hpp"
+#include "daemon/reports/report_queue.hpp"
 
 #include <fcntl.h>
 #include <fmt/chrono.h>
@@ -96,7 +96,7 @@ void clear(const fs::path& folder) {
 
 }  // namespace
 
-std::optional<Report> ReportDesk::post(Order order) {
+std::optional<Report> ReportQueue::post(Order order) {
   Report report;
   report.asked_ms = callbacks_.now_ms();
   report.order = std::move(order);
@@ -116,7 +116,7 @@ std::optional<Report> ReportDesk::post(Order order) {
   return report;
 }
 
-std::size_t ReportDesk::waiting_before(const Report& report) const {
+std::size_t ReportQueue::waiting_before(const Report& report) const {
   std::size_t before = 0;
   for (const Entry& e : all_) {
     if (e.report.name == report.name) break;
@@ -125,7 +125,7 @@ std::size_t ReportDesk::waiting_before(const Report& report) const {
   return before;
 }
 
-std::optional<std::vector<Report>> ReportDesk::of(const std::string& loop) const {
+std::optional<std::vector<Report>> ReportQueue::of(const std::string& loop) const {
   const std::lock_guard lock(mutex_);
   if (!is_loaded_) return std::nullopt;
   std::vector<Report> reports;
@@ -137,14 +137,14 @@ std::optional<std::vector<Report>> ReportDesk::of(const std::string& loop) const
   return reports;
 }
 
-void ReportDesk::change(const Report& report) {
+void ReportQueue::change(const Report& report) {
   const std::lock_guard lock(mutex_);
   for (Entry& e : all_) {
     if (e.report.name == report.name) e.report = report;
   }
 }
 
-void ReportDesk::write(const Report& report) const noexcept {
+void ReportQueue::write(const Report& report) const noexcept {
   try {
     fs::create_directories(folder_of(report));
     write_about(report, folder_of(report));
@@ -153,7 +153,7 @@ void ReportDesk::write(const Report& report) const noexcept {
   }
 }
 
-void ReportDesk::load() {
+void ReportQueue::load() {
   std::vector<Entry> found;
   std::error_code error;
   for (fs::directory_iterator it(settings_.folder, error), end; !error && it != end;
@@ -184,7 +184,7 @@ void ReportDesk::load() {
 }
 
 // Writes new waiting reports to the disk, so that they are known after a restart.
-void ReportDesk::write_new() {
+void ReportQueue::write_new() {
   std::vector<Report> fresh;
   {
     const std::lock_guard lock(mutex_);
@@ -195,7 +195,7 @@ void ReportDesk::write_new() {
   for (const Report& report : fresh) write(report);
 }
 
-std::optional<Report> ReportDesk::begin() {
+std::optional<Report> ReportQueue::begin() {
   const std::lock_guard lock(mutex_);
   const auto next = std::find_if(all_.begin(), all_.end(),
                                  [](const Entry& e) { return e.report.state == State::waiting; });
@@ -205,7 +205,7 @@ std::optional<Report> ReportDesk::begin() {
   return next->report;
 }
 
-bool ReportDesk::run_next(const Stop& stop) {
+bool ReportQueue::run_next(const Stop& stop) {
   if (!is_loaded_) load();
   write_new();
   const std::optional<Report> next = begin();
@@ -241,7 +241,7 @@ bool ReportDesk::run_next(const Stop& stop) {
   return true;
 }
 
-std::vector<std::string> ReportDesk::arguments_for(const Report& report) const {
+std::vector<std::string> ReportQueue::arguments_for(const Report& report) const {
   const Order& order = report.order;
   const fs::path folder = folder_of(report);
   std::vector<std::string> words{to_text(order.kind),
@@ -261,7 +261,7 @@ std::vector<std::string> ReportDesk::arguments_for(const Report& report) const {
   return words;
 }
 
-std::optional<Report> ReportDesk::make(Report report, const Stop& stop) {
+std::optional<Report> ReportQueue::make(Report report, const Stop& stop) {
   const fs::path folder = folder_of(report);
   write(report);
   fs::create_directories(folder / kScratch);
@@ -307,7 +307,7 @@ std::optional<Report> ReportDesk::make(Report report, const Stop& stop) {
                   std::chrono::duration<double, std::ratio<60>>(settings_.most_time).count()));
 }
 
-void ReportDesk::look_at_progress(const Report& report) {
+void ReportQueue::look_at_progress(const Report& report) {
   const std::vector<std::string> lines = last_lines(folder_of(report) / kOutput);
   const auto last = std::find_if(lines.rbegin(), lines.rend(), is_progress);
   if (last == lines.rend()) return;
@@ -316,7 +316,7 @@ void ReportDesk::look_at_progress(const Report& report) {
   change(now);
 }
 
-void ReportDesk::remove_old(const std::string& loop) {
+void ReportQueue::remove_old(const std::string& loop) {
   std::vector<fs::path> old;
   {
     const std::lock_guard lock(mutex_);
