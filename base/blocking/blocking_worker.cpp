@@ -60,7 +60,7 @@ void BlockingWorker::run() {
     } catch (const std::exception& e) {
       spdlog::error("{}: {}", thread_name_, e.what());
     }
-    task = nullptr;  // frees the data of this errand before the next one is accepted
+    task = nullptr;  // frees the data of this task before the next one is accepted
     {
       const std::lock_guard lock(mutex_);
       busy_ = false;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A thread that does one disk operation (an errand) at a time for threads that must not wait for
+// A thread that does one disk operation (a task) at a time for threads that must not wait for
 // the disk. If the disk hangs, only this thread hangs.
 #pragma once
 
@@ -27,23 +27,23 @@ class BlockingWorker {
   BlockingWorker& operator=(const BlockingWorker&) = delete;
   ~BlockingWorker() { stop(); }
 
-  // Starts the thread. Without this call, the first errand starts it.
+  // Starts the thread. Without this call, the first task starts it.
   void start();
   void stop();
   // Requests the thread to end and waits for at most `patience`. Returns false if its disk hangs.
   bool stop_for(std::chrono::milliseconds patience);
 
-  // Hands the errand over. Returns false, without running it, if the last one is not finished. The
-  // errand must own all its data, because the caller may be gone when it ends.
+  // Hands the task over. Returns false, without running it, if the last one is not finished. The
+  // task must own all its data, because the caller may be gone when it ends.
   bool begin(std::function<void()> task) {
     return begin_until(std::move(task), std::chrono::steady_clock::now());
   }
-  // Runs `errand` and returns its result or rethrows its exception. Returns nullopt if it has not
-  // finished after `patience`, which includes the wait for the errand before it.
+  // Runs `task` and returns its result or rethrows its exception. Returns nullopt if it has not
+  // finished after `patience`, which includes the wait for the task before it.
   template <class Result>
   std::optional<Result> ask(std::function<Result()> task, std::chrono::milliseconds patience);
 
-  // Returns the duration of the present errand so far, s; 0: no errand runs.
+  // Returns the duration of the present task so far, s; 0: no task runs.
   double seconds() const noexcept { return wait_.seconds(); }
 
  private:

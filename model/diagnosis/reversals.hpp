@@ -23,7 +23,7 @@
 //               A limit cycle forgets its phase, so its scatter grows with the root of the number
 //               of cycles. A regular load under tight control can look like a sticking valve in all
 //               other respects, so there is no verdict
-//   neither     fewer than kLeastTurns turns, or none of these
+//   neither     fewer than kLeastReversals reversals, or none of these
 //
 // Limits: it can't recognise a valve in a cycle that a steady load forces upon it (it reads as
 // time).
@@ -46,7 +46,7 @@ const char* to_text(ReversalsBy by) noexcept;
 
 struct Reversals {
   std::size_t count = 0;        // without the first and the last of the record
-  double travel_scatter = 0.0;  // 0 to about 2; 0 below kLeastTurns
+  double travel_scatter = 0.0;  // 0 to about 2; 0 below kLeastReversals
   double cycle_scatter = 0.0;
   double four_cycle_scatter =
       0.0;  // of the median cycle; 0 if the record has fewer than kLeastFours

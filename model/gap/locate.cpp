@@ -47,10 +47,10 @@ std::vector<Condition> conditions_of(const std::vector<double>& co, const plant:
   // Reversals beyond a band of half a percent.
   std::vector<std::size_t> since(co.size(), co.size());
   std::size_t last = co.size();
-  const std::vector<std::size_t> reversals = reversals(co, 0.005 * span);
+  const std::vector<std::size_t> indices = reversals(co, 0.005 * span);
   std::size_t next = 0;
   for (std::size_t k = 0; k < co.size(); ++k) {
-    if (next < reversals.size() && reversals[next] == k) last = reversals[next++];
+    if (next < indices.size() && indices[next] == k) last = indices[next++];
     if (last < co.size()) since[k] = k - last;
   }
   std::vector<Condition> out(co.size());

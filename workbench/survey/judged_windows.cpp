@@ -86,7 +86,7 @@ diagnosis::LoopVerdict verdict_of(const DiagnosedLoop& loop,
 std::vector<diagnosis::Diagnosis> judge_together(DiagnosedLoop& loop) {
   std::vector<diagnosis::Diagnosis*> together;
   for (DiagnosedWindow& w : loop.windows) together.push_back(&w.diagnosis);
-  diagnosis::share_turns(together);
+  diagnosis::share_reversals(together);
   std::vector<diagnosis::Diagnosis> each;
   each.reserve(loop.windows.size());
   for (DiagnosedWindow& w : loop.windows) {

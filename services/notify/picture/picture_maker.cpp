@@ -67,14 +67,14 @@ history::Stretch stretch_of(const Event& event, double sample_time_s, double acc
 PictureMaker::PictureMaker(std::string socket, const date::time_zone* zone)
     : zone_(zone),
       daemon_(std::move(socket), kDaemonPatience),
-      errand_("lw-picture", kPictureStackBytes) {}
+      task_("lw-picture", kPictureStackBytes) {}
 
 std::vector<Picture> PictureMaker::of(const Message& message) {
   std::vector<std::pair<std::size_t, Event>> events;
   for (const std::size_t i : pictured(message)) events.emplace_back(i, message.events[i]);
   if (events.empty()) return {};
   try {
-    auto drawn = errand_.ask<std::vector<Picture>>(
+    auto drawn = task_.ask<std::vector<Picture>>(
         [this, events = std::move(events)] { return draw(events); }, kPatience);
     if (drawn) return std::move(*drawn);
     spdlog::info("message {} is sent without its picture: not ready in time", message.id);

@@ -83,9 +83,9 @@ Box::Box(BoxSettings settings)
   now_.why = "not asked yet";
 }
 
-void Box::start(Publish publish, Errand errand) {
+void Box::start(Publish publish, Task task) {
   publish_ = std::move(publish);
-  errand_ = std::move(errand);
+  task_ = std::move(task);
   constexpr std::size_t kStackBytes = 1024UL * 1024UL;
   thread_.start({.name = "pg-box", .stack_bytes = kStackBytes}, [this] { run(); });
 }
@@ -122,7 +122,7 @@ void Box::run() {
   for (;;) {
     try {
       if (!settings_.status_socket.empty()) look();
-      errand_();
+      task_();
     } catch (const std::exception& e) {
       spdlog::error("box: {}", e.what());
     }

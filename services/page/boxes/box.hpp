@@ -23,7 +23,7 @@
 namespace loopwarden::page {
 
 struct BoxSettings {
-  std::string status_socket;              // empty: there is no daemon, only the errand
+  std::string status_socket;              // empty: there is no daemon, only the task
   std::chrono::milliseconds live{500};    // between two readings while clients listen
   std::chrono::milliseconds quiet{2000};  // without listeners, for sparklines
   std::chrono::milliseconds patience{1000};
@@ -34,14 +34,14 @@ class Box {
   // Called by the box's thread with an event for the clients.
   using Publish = std::function<void(http::EventKind kind, std::string data)>;
   // Called by the box's thread at each reading, at most every `quiet`.
-  using Errand = std::function<void()>;
+  using Task = std::function<void()>;
 
   explicit Box(BoxSettings settings);
   Box(const Box&) = delete;
   Box& operator=(const Box&) = delete;
   ~Box() { stop(); }
 
-  void start(Publish publish, Errand errand);
+  void start(Publish publish, Task task);
   void stop();
   void listeners(std::size_t count);  // a new listener is served at once
 
@@ -73,7 +73,7 @@ class Box {
   BoxSettings settings_;
   protocol::DaemonClient daemon_;
   Publish publish_;
-  Errand errand_;
+  Task task_;
 
   mutable std::mutex mutex_;
   std::condition_variable changed_;

@@ -9,7 +9,7 @@
 #include <string>
 #include <thread>
 
-namespace disk_errand_test {
+namespace blocking_worker_test {
 
 using loopwarden::base::BlockingWorker;
 
@@ -46,4 +46,4 @@ TEST_CASE("several first requests at the same time share one thread") {
   }
 }
 
-}  // namespace disk_errand_test
+}  // namespace blocking_worker_test
