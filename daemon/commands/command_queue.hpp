@@ -48,11 +48,12 @@ class CommandQueue {
                CommandCallbacks callbacks)
       : box_(box), standing_(availability), callbacks_(std::move(callbacks)) {}
 
-  // What the next order will find: the loop as it is, with this sender's orders that it has not taken yet.
+  // What the next order will find: the loop as it is, with this sender's orders that it has not
+  // taken yet.
   rt::LoopAvailability availability();
   bool has_room();
-  // Nothing is waited for. The lines are written when the answer is there, with its result. `has_room()`
-  // must be true. Returns the order's number.
+  // Nothing is waited for. The lines are written when the answer is there, with its result.
+  // `has_room()` must be true. Returns the order's number.
   std::uint64_t send(rt::Command command, std::vector<journal::JournalEntry> lines);
   // Orders on their way, oldest first.
   template <class Visit>

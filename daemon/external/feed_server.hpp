@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The server of feed.sock, on the thread `lw-feed`. It takes lines of values
-// (daemon/protocol/feed_line.hpp) from feeders and puts them on the board for the watched loops. Loops
-// controlled here get no values this way.
+// (daemon/protocol/feed_line.hpp) from feeders and puts them on the board for the watched loops.
+// Loops controlled here get no values this way.
 //
 // The user id of a peer's process identifies it as one feeder of loopwardend.yaml. Other peers are
 // disconnected. Each feeder has one connection; a second one closes the first. Unreadable parts of

@@ -81,14 +81,16 @@ class LoopsView : public PlantView {
  public:
   // Only the gateway's thread fills the loop's mailbox.
   virtual bool has_room_for_command(std::size_t loop) = 0;
-  // Taken by the loop's next cycle. The lines go to the journal with what the cycle made of the order.
+  // Taken by the loop's next cycle. The lines go to the journal with what the cycle made of the
+  // order.
   virtual void send(std::size_t loop, const rt::Command& command,
                     std::vector<journal::JournalEntry> lines) = 0;
   // Takes the answers to orders that are there; true while some are still to come.
   virtual bool collect_answers() = 0;
   // The loops have ended: orders without an answer are written down as not taken.
   virtual void close_commands() = 0;
-  // The next four wait for nothing. They return the journal's ticket of what was done, 0: nothing was.
+  // The next four wait for nothing. They return the journal's ticket of what was done, 0: nothing
+  // was.
   virtual std::uint64_t act(std::size_t loop, const supervision::AlarmCommand& command) = 0;
   // Of every loop, alarms of these kinds.
   virtual std::uint64_t acknowledge_all(std::span<const alarm::AlarmKind> kinds,

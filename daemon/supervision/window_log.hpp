@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The newest windows of one loop, each with what every specialist makes of it: what the judgement of an alarm is seen to
-// come from. In single precision, which is enough to be looked at.
+// The newest windows of one loop, each with what every specialist makes of it: what the judgement
+// of an alarm is seen to come from. In single precision, which is enough to be looked at.
 //
 // What it can't do: survive a restart; the evidence of an alarm keeps its window.
 #pragma once

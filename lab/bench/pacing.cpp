@@ -2,7 +2,8 @@
 // Measures the lateness of each wake-up of the daemon's real-time thread with simulated loops, as
 // cyclictest does.
 // Usage: loopwarden_pacing PERIOD_US PRIORITY WAKE_UPS [LOOPS]
-// Prints one line "MICROSECONDS COUNT" for each latency that occurred. tests/system/jitter runs both.
+// Prints one line "MICROSECONDS COUNT" for each latency that occurred. tests/system/jitter runs
+// both.
 #include <fmt/format.h>
 
 #include <algorithm>

@@ -31,8 +31,8 @@
 //
 // Errors: IdentificationError if the record has too few samples, or if PV or CO never moves.
 // Limits: in other records, friction or backlash of the valve makes the gain too small and the dead
-// time too long (figures are in lab/identify_study). The intervals assume that the form is right and
-// that the disturbance is noise through a linear filter.
+// time too long (figures are in lab/identify_study). The intervals assume that the form is right
+// and that the disturbance is noise through a linear filter.
 //
 // Sources: Ljung, System Identification (1999), ch. 13 (closed loop). Tangent: Ziegler and Nichols
 // (1942); Sewdass, thesis, figure 6.4.

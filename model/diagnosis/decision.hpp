@@ -15,8 +15,8 @@
 // Another set is for levels, temperatures, and integrating loops: those whose PV moved to a new set
 // point while CO returned to its former value. p is limited to 0.1 to 0.95.
 //
-// The turns of CO (reversals.hpp) have their own rules, since a smooth external oscillation deceives
-// the other four:
+// The turns of CO (reversals.hpp) have their own rules, since a smooth external oscillation
+// deceives the other four:
 //
 //   by time      A counts 0, because with an oscillating load any band predicts PV better; no valve
 //                effect is named

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Written by `loopwarden-study diagnose --records examples/routine examples/isdb examples/measured --weights FILE --cases 2000 --seed 5`;
-// not edited by hand.
+// Written by `loopwarden-study diagnose --records examples/routine examples/isdb examples/measured
+// --weights FILE --cases 2000 --seed 5`; not edited by hand.
 #pragma once
 
 #include "model/diagnosis/decision.hpp"

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// The rules of the search, on scores alone: when one more effect is taken in, when one is stepped back
-// from, and by how much a name leads. Limits: constants.hpp.
+// The rules of the search, on scores alone: when one more effect is taken in, when one is stepped
+// back from, and by how much a name leads. Limits: constants.hpp.
 //
-// What they can't do: a score compares sets of effects on one record; whether the best one is good is asked
-// by decide.hpp.
+// What they can't do: a score compares sets of effects on one record; whether the best one is good
+// is asked by decide.hpp.
 #pragma once
 
 #include <span>
@@ -46,18 +46,21 @@ struct Addition {
 };
 bool worth_adding(const Addition& addition) noexcept;
 
-// Whether a free run leaves so much beside noise that one more effect could matter. `rmse` in PV units.
+// Whether a free run leaves so much beside noise that one more effect could matter. `rmse` in PV
+// units.
 bool leaves_more(double rmse, const Scale& scale) noexcept;
 
-// Whether one effect closes so much of the gap that it is no misfit of the others. All in PV units, free runs.
+// Whether one effect closes so much of the gap that it is no misfit of the others. All in PV units,
+// free runs.
 bool closes_a_part(double rmse_with, double rmse_without, double rmse_model,
                    double noise_rms) noexcept;
 
 // The others do as well without it.
 bool superfluous(double score_with, double score_without) noexcept;
 
-// Whether `rest`, what is left of a larger set that was accepted, is a better choice than the smaller set chosen before:
-// by its score, or since it closes a part of the gap and the other none, however likely a load makes that one.
+// Whether `rest`, what is left of a larger set that was accepted, is a better choice than the
+// smaller set chosen before: by its score, or since it closes a part of the gap and the other none,
+// however likely a load makes that one.
 bool replaces(const EffectSet& rest, const EffectSet& chosen, double rmse_model,
               double noise_rms) noexcept;
 

@@ -57,8 +57,8 @@ double brings(const Result& result, const std::string& name) {
   return kNone;
 }
 
-// Of what leaves no more than the named effect does, within what the archive hides, the one with the fewest parameters;
-// null: the named one is it.
+// Of what leaves no more than the named effect does, within what the archive hides, the one with
+// the fewest parameters; null: the named one is it.
 const TriedCandidate* simpler_than_named(const Result& result, double hidden) {
   if (result.effects.size() != 1) return nullptr;
   const auto named = std::find_if(

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// The gap workflow on a record of which an archive kept only a part (analysis/archive.hpp). Between stored values PV and
-// CO are intervals, so that even a perfect model misses PV by
+// The gap workflow on a record of which an archive kept only a part (analysis/archive.hpp). Between
+// stored values PV and CO are intervals, so that even a perfect model misses PV by
 //
 //   c = sqrt((d_PV^2 + (K d_CO)^2) / 3)        PV units
 //
-// d_PV, d_CO: deviations or dead bands; K: the model's gain, 0 where the process integrates; the third for errors that
-// are equally likely anywhere in the interval. Then
+// d_PV, d_CO: deviations or dead bands; K: the model's gain, 0 where the process integrates; the
+// third for errors that are equally likely anywhere in the interval. Then
 //
 //   floor = sqrt(noise floor^2 + c^2)             c counts as the transmitter's; a load is what is more than that
 //
@@ -20,8 +20,8 @@
 //   of several effects one only is named: beside it the archive's own traces pass for another
 //   no confidence above 0.85
 // Where an archive was recognised but not what it keeps to, nothing is named but no gap.
-// d_PV and d_CO are estimates within a factor of two; sizes found are those of a record that was drawn, and come with
-// wider intervals than they say.
+// d_PV and d_CO are estimates within a factor of two; sizes found are those of a record that was
+// drawn, and come with wider intervals than they say.
 #pragma once
 
 #include "model/gap/workflow.hpp"

@@ -58,8 +58,8 @@ std::vector<double> assumed_set_point(const plant::LoopModel& model, const std::
   return shifted(best_shift_s);
 }
 
-// Those used that are neither repeated nor at an end of what the transmitter shows; all, where that leaves
-// too few to fit anything to.
+// Those used that are neither repeated nor at an end of what the transmitter shows; all, where that
+// leaves too few to fit anything to.
 std::vector<bool> measured_samples(const CheckedRecord& r) {
   const plant::TransmitterParameters& range = r.model.transmitter;
   const double margin = kAtEnd * range.span();
@@ -79,7 +79,8 @@ std::vector<bool> measured_samples(const CheckedRecord& r) {
   return count < kFewestMeasured ? r.used : measured;
 }
 
-// The longest spike, samples: shorter than the process's lag at its least; 0 where that is too fast to tell.
+// The longest spike, samples: shorter than the process's lag at its least; 0 where that is too fast
+// to tell.
 std::size_t longest_spike(const plant::LoopModel& model) {
   if (model.process.integrating()) return kLongestSpike;
   const double lag = model.process.time_constant_s *
@@ -133,7 +134,8 @@ CheckedRecord check(const Record& given, const plant::LoopModel& model) {
   out.reading = examine_reading(record.pv);
   if (!record.pv_as_stored) take_spikes_out(out, record.pv);
   out.measured = measured_samples(out);
-  // What stands at an end or is repeated hides the noise. Of a held reading only the renewals are left, one by one.
+  // What stands at an end or is repeated hides the noise. Of a held reading only the renewals are
+  // left, one by one.
   std::vector<double> measurements;
   for (std::size_t k = 0; k < record.size(); ++k) {
     if (out.measured[k]) {

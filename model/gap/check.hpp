@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // First stage: is the record to be believed, and what of it is used.
 //
-// Takes the record and the model as given; gives the columns with their gaps closed, the samples that
-// count, and the model as it is fitted: at the record's period, without noise and rounding. Where CO was
-// not measured, the model's controller, replayed on SP and PV, stands for it; where SP was not, the
-// scenario's profile, shifted in time to where PV agrees best with the model's closed loop, or the mean of
-// the record's second half.
+// Takes the record and the model as given; gives the columns with their gaps closed, the samples
+// that count, and the model as it is fitted: at the record's period, without noise and rounding.
+// Where CO was not measured, the model's controller, replayed on SP and PV, stands for it; where SP
+// was not, the scenario's profile, shifted in time to where PV agrees best with the model's closed
+// loop, or the mean of the record's second half.
 //
-// What it can't do: without a measured CO a wrong tuning in the model looks like a fault of the plant.
+// What it can't do: without a measured CO a wrong tuning in the model looks like a fault of the
+// plant.
 #pragma once
 
 #include <cstddef>

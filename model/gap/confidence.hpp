@@ -1,14 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-// How sure: whether what a hypothesis leaves looks like noise and a quiet load, and how far the name
-// is ahead of the others.
+// How sure: whether what a hypothesis leaves looks like noise and a quiet load, and how far the
+// name is ahead of the others.
 //
-// A confidence is the share of right names among those that were given with as much of a lead, in simulated
-// cases with a known truth: (right + 1) / (names + 2) of the row of kConfidenceTable. The table is written
-// by `loopwarden-study gap --calibrate` (lab/gap_study/calibration.hpp has the method), which says in it
-// from which cases; they are to be made again whenever the search changes.
+// A confidence is the share of right names among those that were given with as much of a lead, in
+// simulated cases with a known truth: (right + 1) / (names + 2) of the row of kConfidenceTable. The
+// table is written by `loopwarden-study gap --calibrate` (lab/gap_study/calibration.hpp has the
+// method), which says in it from which cases; they are to be made again whenever the search
+// changes.
 //
-// What it can't do: these are shares of that mixture of effects, records and believed models. A plant whose
-// faults are others has other shares; in a real record the truth is rarely one law of the catalogue.
+// What it can't do: these are shares of that mixture of effects, records and believed models. A
+// plant whose faults are others has other shares; in a real record the truth is rarely one law of
+// the catalogue.
 #pragma once
 
 #include <span>

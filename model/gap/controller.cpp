@@ -39,7 +39,8 @@ struct Slopes {
   double kp, ki, kp_spread, ki_spread;
 };
 
-// The controller beside the record: replayed with any settings, and what the moves of CO say of them.
+// The controller beside the record: replayed with any settings, and what the moves of CO say of
+// them.
 class Replay {
  public:
   // What the controller may do to PV and the error before its law.
@@ -103,7 +104,8 @@ class Replay {
     return out;
   }
 
-  // CO units, of an output from the measured one: over the whole record, and over its first two thirds.
+  // CO units, of an output from the measured one: over the whole record, and over its first two
+  // thirds.
   double apart(std::span<const double> output) const {
     return numeric::rms_apart(output, record_.co);
   }

@@ -1,18 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
 // The controller alone: from the measured SP and PV to CO, against the measured CO.
 //
-// The model's own PI law (model/control/pid.hpp) is replayed, its integral started so that the first
-// output is the measured one. Where the outputs part, Kp and Ki are found from
+// The model's own PI law (model/control/pid.hpp) is replayed, its integral started so that the
+// first output is the measured one. Where the outputs part, Kp and Ki are found from
 //   u(k) - u(k-1) = Kp (e(k) - e(k-1)) + Ki h e(k)
-// by least squares over the samples away from the limits, then refined on the replayed output itself.
+// by least squares over the samples away from the limits, then refined on the replayed output
+// itself.
 //
-// Where other gains leave much of the difference, a filter on PV and a dead band of the error are tried beside them:
+// Where other gains leave much of the difference, a filter on PV and a dead band of the error are
+// tried beside them:
 //   T y' = PV - y in the place of PV     e - clamp(e, -D, D) in the place of e
 // and one of the two is found if it leaves next to nothing.
 //
 // A difference that another anti-windup explains is reported as such and never as other settings.
-// What it can't do: filter and dead band together, set-point weighting, manual periods. The controller of a loop model
-// has neither filter nor dead band: a corrected model takes the gains over, not these.
+// What it can't do: filter and dead band together, set-point weighting, manual periods. The
+// controller of a loop model has neither filter nor dead band: a corrected model takes the gains
+// over, not these.
 #pragma once
 
 #include <string>

@@ -23,7 +23,8 @@ std::vector<std::string> alternatives_to(const std::string& name, const EffectSe
   return out;
 }
 
-// Where the choice closes a part of the gap, what closes none is no explanation, however likely a load makes it.
+// Where the choice closes a part of the gap, what closes none is no explanation, however likely a
+// load makes it.
 std::vector<EffectSet> rivals_in(const Competition& c, double noise_rms) {
   const auto closes = [&](const EffectSet& set) {
     return closes_a_part(set.training_rmse, c.model_rmse, c.model_rmse, noise_rms);
@@ -68,7 +69,8 @@ Outcome outcome_of(const Decision& decision, Proof proof) noexcept {
   if (decision.by_reading) return Outcome::missing_effect;
   const bool named = decision.names_any();
   if (named && proof != Proof::refuted) return Outcome::missing_effect;
-  // Other settings of the controller close nothing of a gap of the plant, but what makes CO to the last step is found.
+  // Other settings of the controller close nothing of a gap of the plant, but what makes CO to the
+  // last step is found.
   if (decision.unexplained || (named && decision.believable)) {
     return decision.exact_settings ? Outcome::missing_effect : Outcome::unexplained;
   }

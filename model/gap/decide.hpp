@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Fifth stage: what is missing, how sure, and what else it may be. From scores, from what the chosen
-// explanation leaves, and from what the controller did; the holdout has no part in it (prove.hpp).
+// Fifth stage: what is missing, how sure, and what else it may be. From scores, from what the
+// chosen explanation leaves, and from what the controller did; the holdout has no part in it
+// (prove.hpp).
 //
 //   named         what the search chose
 //   believable    what they leave is noise and a quiet load, or they close so much of the gap on the data
@@ -10,8 +11,8 @@
 //
 // Limits: constants.hpp; confidence: confidence.hpp.
 //
-// What it can't do: a cause that none of the candidates resembles is not named, but one that resembles it
-// may be, with the confidence of its lead.
+// What it can't do: a cause that none of the candidates resembles is not named, but one that
+// resembles it may be, with the confidence of its lead.
 #pragma once
 
 #include <optional>

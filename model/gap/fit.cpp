@@ -16,7 +16,8 @@ namespace loopwarden::gap {
 namespace {
 
 constexpr std::size_t kNuisances = 5;  // time constant, dead time, three of the healthy valve
-// Parts of what is allowed, that are tried. The filters stand in rows of kLoads, one row for each of kValves.
+// Parts of what is allowed, that are tried. The filters stand in rows of kLoads, one row for each
+// of kValves.
 constexpr std::array kLoads{0.0, 0.04, 0.125, 0.25, 0.5, 0.75, 1.0};
 constexpr std::array kValves{0.0, 0.35, 1.0};
 constexpr int kShownRounds = 3;
@@ -43,8 +44,8 @@ bool is_smooth(const Terms& terms) {
   return std::all_of(terms.begin(), terms.end(), [](const Candidate* t) { return t->smooth; });
 }
 
-// Of normal equations whose columns may have any units: each is taken by its own size. One that never
-// shows gets no share.
+// Of normal equations whose columns may have any units: each is taken by its own size. One that
+// never shows gets no share.
 Eigen::MatrixXd solve_normal(const Eigen::MatrixXd& normal, const Eigen::MatrixXd& right) {
   Eigen::VectorXd size = normal.diagonal().cwiseMax(0.0).cwiseSqrt();
   Eigen::MatrixXd unit = normal;
@@ -350,8 +351,8 @@ Fit Fitter::search(Work& work, const Fit& start, int evaluations) const {
   return tried.deviance < fit.deviance ? tried : fit;
 }
 
-// Evolution around `start` over everything: where a slip comes or does not come with the least change of a
-// parameter, there is no slope to follow and no simplex that keeps its shape.
+// Evolution around `start` over everything: where a slip comes or does not come with the least
+// change of a parameter, there is no slope to follow and no simplex that keeps its shape.
 Fit Fitter::evolve(Work& work, const Fit& start, const Evolution& how) const {
   constexpr std::size_t kPopulation = 32;
   const std::vector<double> x = positions(start);
@@ -388,9 +389,10 @@ Fit Fitter::evolve(Work& work, const Fit& start, const Evolution& how) const {
   return fit;
 }
 
-// Levenberg-Marquardt over everything, within the bounds, on what is left when the linear part is solved for. Not
-// numeric::least_squares: what must fall is the deviance, with the price of a load and of wandering parameters, of
-// which what is left is a part. Where PV jumps with a parameter the steps that don't help are not taken.
+// Levenberg-Marquardt over everything, within the bounds, on what is left when the linear part is
+// solved for. Not numeric::least_squares: what must fall is the deviance, with the price of a load
+// and of wandering parameters, of which what is left is a part. Where PV jumps with a parameter the
+// steps that don't help are not taken.
 Fit Fitter::descend(Work& work, const Fit& start, int iterations) const {
   std::vector<double> x = positions(start);
   const auto size = static_cast<Eigen::Index>(x.size());
@@ -713,7 +715,8 @@ std::vector<double> Fitter::spread(const Fit& fit, std::size_t index) const {
     const effects::SearchRange& range = term.search[j];
     spread.push_back((range.value(x[first + j] + by) - range.value(x[first + j] - by)) / 2.0);
   }
-  // A slip more or less makes all slopes of a sticking valve alike: its band is no wider than where it alone is likely.
+  // A slip more or less makes all slopes of a sticking valve alike: its band is no wider than where
+  // it alone is likely.
   if (term.slips) {
     const auto [low, high] = likely_places(fit, first);
     spread[0] =

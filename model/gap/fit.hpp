@@ -2,10 +2,11 @@
 // Fits the model plus some effects to a record, by free-run simulation driven by the measured CO.
 //
 // Maximum likelihood under white noise and, where the record asks for it, a wandering load
-// (load_filter.hpp). What PV depends on linearly is solved for at every step of the search; the rest
-// is searched from a grid: by Levenberg and Marquardt's method within bounds where PV is smooth in it, by
-// Subplex and differential evolution where it sticks and jumps. Gain, time constant and dead time stay within the model's stated
-// uncertainty, so that neither a small misfit is called an effect nor an effect is swallowed.
+// (load_filter.hpp). What PV depends on linearly is solved for at every step of the search; the
+// rest is searched from a grid: by Levenberg and Marquardt's method within bounds where PV is
+// smooth in it, by Subplex and differential evolution where it sticks and jumps. Gain, time
+// constant and dead time stay within the model's stated uncertainty, so that neither a small misfit
+// is called an effect nor an effect is swallowed.
 //
 // Sources: Golub and Pereyra, SIAM J. Numer. Anal. 10 (1973) 413-432 (variable projection);
 // Marquardt, J. SIAM 11 (1963) 431-441; Rowan, Subplex (1990), in Johnson's NLopt; Storn and Price,
@@ -62,16 +63,17 @@ class Fitter {
 
   // The model as it is with its own parameters within their uncertainty.
   Fit fit_model() const;
-  // Adds one effect to `base`, from a grid over its parameters: the places from which it is worth going on, best first, all
-  // under the same little load. For a sticking valve `hint` is what was found for it without the others, and spares most
-  // of the search.
+  // Adds one effect to `base`, from a grid over its parameters: the places from which it is worth
+  // going on, best first, all under the same little load. For a sticking valve `hint` is what was
+  // found for it without the others, and spares most of the search.
   std::vector<Fit> approach(const Fit& base, const Candidate& candidate,
                             const std::vector<double>* hint = nullptr) const;
   // The best of where they lead, all parameters jointly.
   Fit settle(const std::vector<Fit>& starts) const;
-  // Where PV jumps with a parameter: all jointly once more, by evolution, which lands elsewhere with another `seed`. `wide`:
-  // over half of the range of each of the effects' own and of the actuator. Into `close`, where a larger load was chosen,
-  // the fit that was closest to PV before that.
+  // Where PV jumps with a parameter: all jointly once more, by evolution, which lands elsewhere
+  // with another `seed`. `wide`: over half of the range of each of the effects' own and of the
+  // actuator. Into `close`, where a larger load was chosen, the fit that was closest to PV before
+  // that.
   struct Evolution {
     std::size_t evaluations;
     std::uint64_t seed;
@@ -90,10 +92,11 @@ class Fitter {
 
   // PV in free run, from the fit's own state at the first sample.
   std::vector<double> simulate(const Fit& fit) const;
-  // Innovations of the used samples in units of their standard deviation, and which samples they are.
+  // Innovations of the used samples in units of their standard deviation, and which samples they
+  // are.
   std::vector<double> innovations(const Fit& fit) const;
-  // The same of blocks of the samples used, each left out of the fit: what the others say of it, to first order in the
-  // parameters; what stands at a bound is held there.
+  // The same of blocks of the samples used, each left out of the fit: what the others say of it, to
+  // first order in the parameters; what stands at a bound is held there.
   std::vector<double> left_out_innovations(const Fit& fit, std::size_t blocks) const;
   // Of the free run over the samples used. Samples from `training_end` on were never used.
   double training_rmse(const Fit& fit) const;
@@ -120,7 +123,8 @@ class Fitter {
   Fit search(Work& work, const Fit& start, int evaluations) const;
   Fit evolve(Work& work, const Fit& start, const Evolution& how) const;
   Fit descend(Work& work, const Fit& start, int iterations) const;
-  // Places to start from for the stiction that is the last term, and where they lead by ever longer runs.
+  // Places to start from for the stiction that is the last term, and where they lead by ever longer
+  // runs.
   struct Sticking;
   struct StickingStart;
   struct GridPlace;

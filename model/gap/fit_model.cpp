@@ -68,7 +68,8 @@ double pv_span(const CheckedRecord& r) { return r.model.transmitter.span(); }
 double healthy_valve_rms(const CheckedRecord& r) {
   if (!r.model.has_valve) return 0.0;
   const double friction = kHealthyValveLeaves * r.model.controller.pid.output_span();  // CO units
-  // An integrating process turns an offset of the valve into a slope, for as long as the loop lets it.
+  // An integrating process turns an offset of the valve into a slope, for as long as the loop lets
+  // it.
   const double gain =
       std::abs(r.model.process.gain) *
       (r.model.process.integrating() ? std::max(plant::answer_s(r.model), r.record.period_s) : 1.0);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Third stage: what the hypotheses are fitted with. The free run of the model under the measured CO, the
-// fitter over the first two thirds, and the candidates that this record can show at all.
+// Third stage: what the hypotheses are fitted with. The free run of the model under the measured
+// CO, the fitter over the first two thirds, and the candidates that this record can show at all.
 //
 // A candidate is left out if nothing could support it: effects of valve and process if CO hardly
 // moves, those of a valve if the model states that there is none, a constant if CO was not

@@ -146,8 +146,9 @@ std::vector<Fit> Fitter::grid_tries(Work& work, Fit fit, std::size_t base_load) 
   return tries;
 }
 
-// A free run of a sticking valve is a poor guide to its own parameters: one slip that is missed spoils
-// what follows. Short runs that each start where the record stands lead near, runs ever longer lead on.
+// A free run of a sticking valve is a poor guide to its own parameters: one slip that is missed
+// spoils what follows. Short runs that each start where the record stands lead near, runs ever
+// longer lead on.
 std::vector<Fit> Fitter::sticking_starts(const Fit& with, const std::vector<double>* hint) const {
   const plant::LoopModel& model = free_run_.model();
   const double slow_s =
@@ -155,7 +156,8 @@ std::vector<Fit> Fitter::sticking_starts(const Fit& with, const std::vector<doub
       (model.process.integrating() ? 0.0
                                    : with.point.time_constant_s - model.process.time_constant_s);
   const bool gain_changed = solves_gain(with.terms);
-  // A gain that was found without the cycle is bent by it: as wide as it may be off, and from three places.
+  // A gain that was found without the cycle is bent by it: as wide as it may be off, and from three
+  // places.
   const double middle = gain_changed ? with.solved[0] : 1.0;
   Sticking sticking{middle, gain_changed ? kBentGain * middle : model.uncertainty.gain,
                     static_cast<std::size_t>(std::max(8.0 * slow_s / model.sample_time_s, 60.0)),

@@ -58,7 +58,8 @@ inline constexpr const char* kLevelName = "output_bias";
 
 class FreeRun {
  public:
-  // `model` without noise. `co` complete. Throws effects::EffectError for a model that can't be stepped.
+  // `model` without noise. `co` complete. Throws effects::EffectError for a model that can't be
+  // stepped.
   FreeRun(plant::LoopModel model, std::vector<double> co, Level level = Level::of_model);
 
   std::size_t size() const noexcept { return co_.size(); }
@@ -91,8 +92,8 @@ class FreeRun {
                                 std::size_t fitted) const;
   // Sum of squares of what is left of `pv` (offset taken off) when the record is cut into runs of
   // `run_samples`, each with the stem and the process free to start where they fit best. It changes
-  // smoothly where one long run of a sticking stem falls from one sequence of slips into another. From `most` on any
-  // number that is no less.
+  // smoothly where one long run of a sticking stem falls from one sequence of slips into another.
+  // From `most` on any number that is no less.
   double short_runs(const Terms& terms, const Point& point, const std::vector<double>& pv,
                     const std::vector<bool>& used, double gain, std::size_t run_samples,
                     double most = std::numeric_limits<double>::infinity()) const;
@@ -100,15 +101,15 @@ class FreeRun {
   void linear_columns(const Candidate& candidate, const std::vector<double>& searched,
                       std::vector<std::vector<double>>& columns) const;
 
-  // PV as the transmitter's hold, limits and curve show it, those of the model and of the terms. Not linear, hence no
-  // part of the columns.
+  // PV as the transmitter's hold, limits and curve show it, those of the model and of the terms.
+  // Not linear, hence no part of the columns.
   bool shows_all(const Terms& terms) const noexcept;  // nothing of these is there
   void show(const Terms& terms, const Point& point, std::vector<double>& pv) const;
   // ... and by how much it changes with the PV of the same moment: 0 where it is hidden.
   std::vector<double> slopes(const Terms& terms, const Point& point, std::vector<double> pv) const;
 
-  // The flow of the model under CO, as it leaves the valve or (block process) the effects behind it; and PV's answer,
-  // at the model's own gain, to what `law` makes of it there.
+  // The flow of the model under CO, as it leaves the valve or (block process) the effects behind
+  // it; and PV's answer, at the model's own gain, to what `law` makes of it there.
   std::vector<double> flow(const Point& point, effects::Block block) const;
   std::vector<double> answer(const Point& point, effects::Block block, effects::Effect law,
                              const std::vector<double>& flow) const;

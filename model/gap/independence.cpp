@@ -139,8 +139,8 @@ Answer answer_to(const std::vector<Column>& columns, const LeftOver& d, const Wh
   return answer;
 }
 
-// Whether all that is left would stand out in every second case or more, if it were an answer to SP of the shape of
-// `column`.
+// Whether all that is left would stand out in every second case or more, if it were an answer to SP
+// of the shape of `column`.
 bool would_stand_out(const Column& column, const LeftOver& d, const Whitener& whiten,
                      std::size_t freedom) {
   const double noise = whiten(d.error).squaredNorm() / static_cast<double>(whiten.size());

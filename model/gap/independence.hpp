@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whether what is left of PV follows SP or CO. A load wanders by itself; what follows them is something that the
-// model lacks.
+// Whether what is left of PV follows SP or CO. A load wanders by itself; what follows them is
+// something that the model lacks.
 //
 //   A(q) e(k) = c0 + sum over i of c_i A(q) x_i(k) + n(k)          A: autoregression of e, n white
 //   r F = explained / (left / (N - r))  against chi-squared of r degrees of freedom, 0.25 % each of four tests
@@ -10,15 +10,18 @@
 //        down alike), in the same way; CO's part that follows past SP (an instrument: in closed loop CO follows the load
 //        itself), through 0 to 3 lags
 //
-// It follows where the test says so and what follows (sum of c_i x_i, rms) is large enough to matter. The test has no
-// power where SP is unknown or stands, or where even all that is left, were it an answer to SP (no larger than SP's own
-// moves), would not stand out; then it is not made. Where nothing is left there is nothing to test.
+// It follows where the test says so and what follows (sum of c_i x_i, rms) is large enough to
+// matter. The test has no power where SP is unknown or stands, or where even all that is left, were
+// it an answer to SP (no larger than SP's own moves), would not stand out; then it is not made.
+// Where nothing is left there is nothing to test.
 //
-// What it can't do: a valve's cycle is not driven by SP, and what is left of it does not follow SP. Anything that
-// repeats with SP by chance or design (a load that the operator answers by moving SP) is taken for an answer.
+// What it can't do: a valve's cycle is not driven by SP, and what is left of it does not follow SP.
+// Anything that repeats with SP by chance or design (a load that the operator answers by moving SP)
+// is taken for an answer.
 //
-// Sources: Ljung, System Identification (1999), 16.6 (independence of residuals and inputs, whiteness);
-// Söderström and Stoica, Instrumental Variable Methods (1983); Wilson and Hilferty, PNAS 17 (1931) 684-688 (chi-squared).
+// Sources: Ljung, System Identification (1999), 16.6 (independence of residuals and inputs,
+// whiteness); Söderström and Stoica, Instrumental Variable Methods (1983); Wilson and Hilferty,
+// PNAS 17 (1931) 684-688 (chi-squared).
 #pragma once
 
 #include <string>

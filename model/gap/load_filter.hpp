@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whitens what a model leaves of PV when an unmeasured load wanders under white noise, and a healthy valve
-// does not stand quite where CO puts it.
+// Whitens what a model leaves of PV when an unmeasured load wanders under white noise, and a
+// healthy valve does not stand quite where CO puts it.
 //
 //   r(k) = d(k) + q(k) + w(k),   d(k+1) = a d(k) + v(k),   a = exp(-h/T)
 //                                q(k+1) = b q(k) + u(k),   b = exp(-h/P)
@@ -13,18 +13,18 @@
 //   g  valve ratio, -: standard deviation of q over s; 0: none     P  time with which q is forgotten, s
 //   h  period, s     T  time with which the load returns to its mean, 300 s
 //
-// Without q only a load can whiten what a valve leaves for seconds, and a load lets go of PV's level for
-// minutes: then a wrong effect that misses the level is as good as the right one.
+// Without q only a load can whiten what a valve leaves for seconds, and a load lets go of PV's
+// level for minutes: then a wrong effect that misses the level is as good as the right one.
 //
-// The Kalman filter of this model turns r into independent innovations e(k) of variance s^2; samples
-// that are not used are passed over. Every regressor goes through the same filter, so that ordinary
-// least squares on the outputs is maximum likelihood:
+// The Kalman filter of this model turns r into independent innovations e(k) of variance s^2;
+// samples that are not used are passed over. Every regressor goes through the same filter, so that
+// ordinary least squares on the outputs is maximum likelihood:
 //   -2 log L = N log s^2 + log_determinant + sum e^2 / s^2
 //
 // What it can't do: a load that comes in steps or bursts is whitened badly, and shows in e.
 //
-// Source: Kalman (1960); Kristensen, Madsen and Jorgensen, Comput. Chem. Eng. 28 (2004) 1431-1449, for
-// the use of a disturbance state in finding what a model lacks.
+// Source: Kalman (1960); Kristensen, Madsen and Jorgensen, Comput. Chem. Eng. 28 (2004) 1431-1449,
+// for the use of a disturbance state in finding what a model lacks.
 #pragma once
 
 #include <cstddef>

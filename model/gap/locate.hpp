@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where simulation and record disagree: the energy of the difference shared out over blocks, stretches
-// of time, and conditions that an engineer can act on. Each sample belongs to one condition, so that
-// the shares add up; a pattern in time (a drift, a level from one moment on, a period) that explains
-// most of the difference stands before them with what it explains.
+// Where simulation and record disagree: the energy of the difference shared out over blocks,
+// stretches of time, and conditions that an engineer can act on. Each sample belongs to one
+// condition, so that the shares add up; a pattern in time (a drift, a level from one moment on, a
+// period) that explains most of the difference stands before them with what it explains.
 //
 //   energy of sample k = (pv - pv_before)^2;   share = its part of the sum over the record
 //
-// Conditions are judged on CO a dead time before, over the time constant. By block the controller's energy
-// counts beside that of PV, both relative to their spans.
+// Conditions are judged on CO a dead time before, over the time constant. By block the controller's
+// energy counts beside that of PV, both relative to their spans.
 //
 // What it can't do: say why. A share tells where the gap shows, not what makes it.
 #pragma once
@@ -45,9 +45,9 @@ struct Disagreement {
 //   the process      it stands out while CO changes, or it is a constant
 //   nothing known    none of these
 //
-// It is a hint where to look, not a finding: a load that happens to come with the moves of CO looks like
-// the valve. Compression is never told from the record alone, the controller only where its own CO is not
-// explained and little else is.
+// It is a hint where to look, not a finding: a load that happens to come with the moves of CO looks
+// like the valve. Compression is never told from the record alone, the controller only where its
+// own CO is not explained and little else is.
 struct Leftover {
   const plant::LoopModel& model;
   const std::vector<double>& pv;        // PV units

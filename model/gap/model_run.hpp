@@ -5,8 +5,8 @@
 //   rmse = sqrt(mean (measured - simulated)^2)         over the samples that count, PV units
 //   fit  = 100 (1 - rmse / standard deviation of the measured PV), %; none below three noise floors
 //
-// What it can't do: a record that starts in the middle of a slip has a state that a place of the stem and
-// two numbers of the process describe only nearly.
+// What it can't do: a record that starts in the middle of a slip has a state that a place of the
+// stem and two numbers of the process describe only nearly.
 #pragma once
 
 #include <cstddef>

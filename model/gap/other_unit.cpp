@@ -91,7 +91,8 @@ bool within(const numeric::Range& span, const SignalUnit& range) {
   return span.low >= range.low - room && span.high <= range.high + room;
 }
 
-// What the model's own law leaves of the moves of CO, as a share of their squares; NaN where it can't be told.
+// What the model's own law leaves of the moves of CO, as a share of their squares; NaN where it
+// can't be told.
 double left_by_models_law(const Record& r, const control::PidSettings& pid) {
   const double side = pid.action == control::Action::reverse ? 1.0 : -1.0;
   const double margin = 0.005 * pid.output_span();
@@ -116,7 +117,8 @@ double left_by_models_law(const Record& r, const control::PidSettings& pid) {
 struct ModelMisfit {
   double rmse = 0.0;  // PV units
   double share =
-      1.0;  // of PV or of what the model makes of it, whichever is larger, above the end of the range
+      // of PV or of what the model makes of it, whichever is larger, above the end of the range
+      1.0;
 };
 
 ModelMisfit misfit_in(const Record& r, const plant::LoopModel& model) {
@@ -143,7 +145,8 @@ void convert(std::vector<double>& column, const SignalUnit& from, double low, do
   for (double& v : column) v = low + (v - from.low) * (high - low) / (from.high - from.low);
 }
 
-// How much of its range a signal makes use of: what was shrunk by a wrong unit lies at the lower end.
+// How much of its range a signal makes use of: what was shrunk by a wrong unit lies at the lower
+// end.
 double reach(const numeric::Range& span, const SignalUnit& range) {
   return std::clamp((span.high - range.low) / (range.high - range.low), 1e-6, 1.0);
 }

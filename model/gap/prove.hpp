@@ -1,19 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
-// Sixth stage: the last third of the record, which nothing was fitted to, may take back what the first two
-// thirds gave. It never changes a name.
+// Sixth stage: the last third of the record, which nothing was fitted to, may take back what the
+// first two thirds gave. It never changes a name.
 //
 //   gap closed = (before^2 - after^2)/(before^2 - floor^2), -1 to 1
 //
 //   before, after  rmse of the free run over the holdout, of the model alone and with the choice, PV units
 //   floor          Result::floor, PV units: the transmitter's, and a load that passed for one
 //
-// From 80 % on the names hold, from 50 % on partly, below they are refuted, and so they are where the free run gets
-// worse by more than the transmitter's noise and what does not matter. Where before is below two floors there is no such figure. Then names that
-// the data of the fit make believable are held against the model alone: by innovations, a load allowed to both, where
-// noise and a quiet load account for what the choice leaves; elsewhere by the free runs.
+// From 80 % on the names hold, from 50 % on partly, below they are refuted, and so they are where
+// the free run gets worse by more than the transmitter's noise and what does not matter. Where
+// before is below two floors there is no such figure. Then names that the data of the fit make
+// believable are held against the model alone: by innovations, a load allowed to both, where noise
+// and a quiet load account for what the choice leaves; elsewhere by the free runs.
 //
-// What it can't do: an effect that ends before the holdout looks refuted; one that wanders on is tried on blocks left out
-// instead (workflow.cpp).
+// What it can't do: an effect that ends before the holdout looks refuted; one that wanders on is
+// tried on blocks left out instead (workflow.cpp).
 #pragma once
 
 #include "model/gap/confidence.hpp"

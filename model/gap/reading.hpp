@@ -1,18 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
-// What PV's flat places say of the transmitter. Noise never gives the same value many times over, so
-// that where PV is noisy elsewhere,
+// What PV's flat places say of the transmitter. Noise never gives the same value many times over,
+// so that where PV is noisy elsewhere,
 //
 //   held     it changes at multiples of one interval only, by steps of unequal size: it is renewed then
 //   clipped  it comes back to its highest (lowest) value again and again and stays there: it ends there
 //
-// Samples in between, and those at the end, bound PV instead of measuring it: nothing is fitted to them.
+// Samples in between, and those at the end, bound PV instead of measuring it: nothing is fitted to
+// them.
 //
 //   spikes   PV leaves its course within one sample and is back within one sample soon after: a process whose lag is
 //            longer than both can't. Such samples are no part of the loop, and nothing is held against them
 //
-// What it can't do: a reading to which noise is added behind the hold or the limit is not flat; an end that
-// is reached once is no end. A record that a historian filled up at a fixed rate looks like a held one. Spikes that overlap, or
-// that fade away, are not seen.
+// What it can't do: a reading to which noise is added behind the hold or the limit is not flat; an
+// end that is reached once is no end. A record that a historian filled up at a fixed rate looks
+// like a held one. Spikes that overlap, or that fade away, are not seen.
 #pragma once
 
 #include <cstddef>

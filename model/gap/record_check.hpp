@@ -5,8 +5,10 @@
 //   noise = 1.4826 median |y(k+1) - 2 y(k) + y(k-1)| / sqrt(6)
 //
 // which a slow signal does not move and outliers hardly (for Gaussian noise it is its standard
-// deviation; rounding is part of it). Between values at uneven times, y1 off the line from y0 to y2 by
-// 1.4826 median / sqrt(1 + w^2 + (1 - w)^2), w being y1's place between them. Where rounding hides the noise, resolution / sqrt(12) stands in.
+// deviation; rounding is part of it). Between values at uneven times, y1 off the line from y0 to y2
+// by
+// 1.4826 median / sqrt(1 + w^2 + (1 - w)^2), w being y1's place between them. Where rounding hides
+// the noise, resolution / sqrt(12) stands in.
 //
 // Source of the median's factor: Huber, Robust Statistics (1981).
 #pragma once

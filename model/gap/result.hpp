@@ -70,8 +70,9 @@ struct Rest {
   double quiet_rmse = kNone;    // PV units: of the free run's, by noise, load and a healthy valve
 };
 
-// What nothing can close, PV units. A load counts only as far as what is left on the last third passes for one: noise
-// and a quiet load account for it, and it does not follow SP or CO (independence.hpp).
+// What nothing can close, PV units. A load counts only as far as what is left on the last third
+// passes for one: noise and a quiet load account for it, and it does not follow SP or CO
+// (independence.hpp).
 struct Floor {
   double transmitter_rmse = 0.0;  // noise and resolution, from PV itself
   double load_rmse = 0.0;

@@ -5,9 +5,10 @@
 //                              the mean of the line from one CO to the next
 //   record faster, every h / n every n-th PV, with the mean of the n CO from there on
 //
-// Then the controller is not compared: its law has the model's h. Found sizes hold for that CO, and no confidence is above 0.85.
-// Where PV stands only as it was stored, every sample of the record is stepped, whatever its period.
-// Ranges: n from 2 to 20, within 1 %. Errors: none; nothing where the periods agree or no n fits.
+// Then the controller is not compared: its law has the model's h. Found sizes hold for that CO, and
+// no confidence is above 0.85. Where PV stands only as it was stored, every sample of the record is
+// stepped, whatever its period. Ranges: n from 2 to 20, within 1 %. Errors: none; nothing where the
+// periods agree or no n fits.
 #pragma once
 
 #include <optional>

@@ -3,8 +3,8 @@
 //
 //   interval = value +- 1.96 standard deviations by the curvature of the likelihood (Fitter::spread)
 //
-// What it can't do: intervals count noise only. Where the model's law is not the plant's they are too
-// narrow.
+// What it can't do: intervals count noise only. Where the model's law is not the plant's they are
+// too narrow.
 #pragma once
 
 #include <optional>
@@ -39,7 +39,8 @@ std::vector<FoundEffect> describe_reading(const ReadingFinding& reading,
 std::vector<TriedCandidate> describe_tried(const SearchResult& search, const ModelFit& model_fit,
                                            Outcome outcome);
 
-// What of bias and drift the load that wanders in the record would hide; empty: nothing worth a word.
+// What of bias and drift the load that wanders in the record would hide; empty: nothing worth a
+// word.
 std::string hidden_by_load(const SearchResult& search, const ModelFit& model_fit);
 
 // What the sentence is about.

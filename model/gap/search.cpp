@@ -97,7 +97,8 @@ class Search {
     result_.base_rmse = fitter_.training_rmse(result_.base);
     result_.chosen = hypothesis(result_.base);
     progress_(0.05);
-    // All refined: one little load ranks nothing where the record shows no noise, as an archive's lines.
+    // All refined: one little load ranks nothing where the record shows no noise, as an archive's
+    // lines.
     result_.singles = raced(jobs_beside({result_.chosen}), all_.size());
     result_.tried = result_.singles;
     progress_(several ? 0.3 : 0.9);
@@ -112,7 +113,8 @@ class Search {
   }
 
  private:
-  // What a fit is worth, whether or not it tells its effect from a simpler one: while it is rough it may not yet.
+  // What a fit is worth, whether or not it tells its effect from a simpler one: while it is rough
+  // it may not yet.
   double promise(const Fit& fit) const {
     return (result_.base.deviance - fit.deviance) / 2.0 - penalty(fit);
   }
@@ -209,8 +211,8 @@ class Search {
     return made;
   }
 
-  // Of two fits of the same names the likelier; where the record does not tell which that is, and rounding would decide,
-  // the one that PV follows more closely in free run.
+  // Of two fits of the same names the likelier; where the record does not tell which that is, and
+  // rounding would decide, the one that PV follows more closely in free run.
   Hypothesis firmer(Hypothesis a, Hypothesis b) const {
     if (better(b, a)) std::swap(a, b);
     const bool tells = a.placed != b.placed || !std::isfinite(b.score) ||
@@ -301,8 +303,8 @@ class Search {
     }
   }
 
-  // An effect that the others have made superfluous goes, and so does the last one if without it the others, fitted
-  // from here, do as well.
+  // An effect that the others have made superfluous goes, and so does the last one if without it
+  // the others, fitted from here, do as well.
   Hypothesis stepped_back(Hypothesis next) {
     for (std::size_t i = 0; i < next.fit.terms.size();) {
       Hypothesis without = hypothesis(fitter_.fit_without(next.fit, i, 150));

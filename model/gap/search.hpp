@@ -1,21 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
 // Which effects are missing: a competition of hypotheses, each the model plus some effects.
 //
-// Candidates race: all are refined from a grid, and the best of those whose PV jumps with a parameter polished by
-// evolution. The best few are each joined by every other, of which the best from the grid are refined, and the winner is
-// tried again without each of its effects, so that a first name that was wrong is stepped back from.
-// A hypothesis is scored by
+// Candidates race: all are refined from a grid, and the best of those whose PV jumps with a
+// parameter polished by evolution. The best few are each joined by every other, of which the best
+// from the grid are refined, and the winner is tried again without each of its effects, so that a
+// first name that was wrong is stepped back from. A hypothesis is scored by
 //   score = (deviance of the model alone - deviance of the hypothesis)/2 - k/2 ln N - r
-// with k parameters and N samples (Schwarz 1978), r what its effects are rarer than others (in their
-// descriptors), on the first two thirds of the record. One that does nothing here that a simpler effect does not
-// (low air whose limits are never reached is a lag) is no hypothesis. One bound to a place of the travel that CO never
-// left and came back to is never chosen: what is alike without the place is, with it as alternative. Another effect is
-// taken in only if its gain in score is clear, also on blocks of the record that are left out of the fit and spread over
-// them (a t-test; but for what shows at one moment), large enough to matter in PV, and if it closes 5 % of the gap in
-// free run; none is looked for where too little is left beside noise to matter. Of as many
-// effects that the record can't tell apart, those with fewer parameters are chosen, then the commoner ones.
-// Where PV jumps with a parameter of the winner, several evolutions land in several places; those that blocks left out
-// can't tell from the likeliest are `alike`, and the caller chooses among them.
+// with k parameters and N samples (Schwarz 1978), r what its effects are rarer than others (in
+// their descriptors), on the first two thirds of the record. One that does nothing here that a
+// simpler effect does not (low air whose limits are never reached is a lag) is no hypothesis. One
+// bound to a place of the travel that CO never left and came back to is never chosen: what is alike
+// without the place is, with it as alternative. Another effect is taken in only if its gain in
+// score is clear, also on blocks of the record that are left out of the fit and spread over them (a
+// t-test; but for what shows at one moment), large enough to matter in PV, and if it closes 5 % of
+// the gap in free run; none is looked for where too little is left beside noise to matter. Of as
+// many effects that the record can't tell apart, those with fewer parameters are chosen, then the
+// commoner ones. Where PV jumps with a parameter of the winner, several evolutions land in several
+// places; those that blocks left out can't tell from the likeliest are `alike`, and the caller
+// chooses among them.
 //
 // Sources: Schwarz, Ann. Stat. 6 (1978) 461-464; Bacher and Madsen, Energy and Buildings 43 (2011)
 // 1511-1522, for forward selection of physical models.

@@ -261,8 +261,9 @@ class Workflow {
     decision_.by_reading = !reading_.empty();
   }
 
-  // Of fits of the same names that their own data can't tell apart the middle one on the data that none was fitted to, of
-  // two in the middle the nearer: the best of many there would be chosen by what is to prove it; of two it still is.
+  // Of fits of the same names that their own data can't tell apart the middle one on the data that
+  // none was fitted to, of two in the middle the nearer: the best of many there would be chosen by
+  // what is to prove it; of two it still is.
   void choose_alike() {
     std::vector<std::pair<double, std::size_t>> there;
     for (std::size_t i = 0; i < search_.alike.size(); ++i) {
@@ -389,7 +390,8 @@ class Workflow {
                   given.dead_time_s, result_.after.rmse)});
   }
 
-  // What wanders on can't be carried into the holdout: it must not make that worse, and is proved on blocks left out.
+  // What wanders on can't be carried into the holdout: it must not make that worse, and is proved
+  // on blocks left out.
   bool holds_until_holdout() const {
     const Terms& terms = fit().terms;
     const bool wanders = std::any_of(terms.begin(), terms.end(),
@@ -402,8 +404,8 @@ class Workflow {
     return lead.nats > kFurtherGain && lead.ahead >= kOustsOn;
   }
 
-  // Then the model alone must account for the record, and where it does, nothing is missing; unless the names were far
-  // ahead of it where they were fitted.
+  // Then the model alone must account for the record, and where it does, nothing is missing; unless
+  // the names were far ahead of it where they were fitted.
   void take_names_back() {
     const Hypothesis alone{search_.base, 0.0, search_.base_rmse};
     const Residuals left = left_by(alone, search_.base_rmse);
@@ -442,8 +444,8 @@ class Workflow {
     return law_;
   }
 
-  // Whether a law without a name does far better. Where noise and a quiet load account for what the names leave, and
-  // where the names close nearly all, there is nothing to be better at.
+  // Whether a law without a name does far better. Where noise and a quiet load account for what the
+  // names leave, and where the names close nearly all, there is nothing to be better at.
   bool ousted() {
     if (left_.adequate || left_.closed > 1.0 - kOusts || !learned_law()) return false;
     std::vector<double> left(record_.pv.size());
@@ -487,8 +489,8 @@ class Workflow {
     result_.after = misfit(series_.pv_after, result_.floor.rmse());
   }
 
-  // What no name explains, learned and proved on the holdout. Nobody knows whether what it leaves is a load: the
-  // transmitter's floor is the only one.
+  // What no name explains, learned and proved on the holdout. Nobody knows whether what it leaves
+  // is a load: the transmitter's floor is the only one.
   void learn_effect(const Learned& learned) {
     const Fit& base = search_.base;
     const double floor = result_.floor.transmitter_rmse;

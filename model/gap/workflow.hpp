@@ -11,12 +11,12 @@
 //   locate      where in the loop, when, and under which condition      locate.hpp
 //   say         names, parameters, intervals, sentences                 say.hpp
 //
-// Each stage takes and returns a small struct of its own; the Result is put together at the end. Every
-// limit stands in constants.hpp. Without CO the model's controller is replayed on SP and PV, and the misfit
-// is that of the closed loop.
+// Each stage takes and returns a small struct of its own; the Result is put together at the end.
+// Every limit stands in constants.hpp. Without CO the model's controller is replayed on SP and PV,
+// and the misfit is that of the closed loop.
 //
-// What it can't do: effects that come and go during the record, processes of another form than gain or
-// integrator, at most two lags and dead time, several loops at once. Then it says `unexplained`.
+// What it can't do: effects that come and go during the record, processes of another form than gain
+// or integrator, at most two lags and dead time, several loops at once. Then it says `unexplained`.
 #pragma once
 
 #include <functional>
@@ -33,8 +33,8 @@ struct Options {
   double largest_load = 0.0015;
 };
 
-// A model that can't be stepped throws effects::EffectError. A record that can't be used gives a result
-// with check.usable false.
+// A model that can't be stepped throws effects::EffectError. A record that can't be used gives a
+// result with check.usable false.
 Result find_gap(const Record& record, const plant::LoopModel& model, const Options& options,
                 const ParallelFor& parallel, const std::function<void(double)>& progress);
 

@@ -251,8 +251,8 @@ class Commissioner {
     bool adjusted = false;
     bool challenged = false;
     for (int round = 0; round < kMostRounds; ++round) {
-      // First as any gap: faults are named best so. Then a healthy valve's friction and the actuator's lag are what the
-      // twin is to have, not to be excused.
+      // First as any gap: faults are named best so. Then a healthy valve's friction and the
+      // actuator's lag are what the twin is to have, not to be excused.
       options.search.allowances = round == 0;
       last = gap::find_gap(record_, model_, options, parallel_, [&](double done) {
         progress_(share * (static_cast<double>(round) + done));
@@ -291,9 +291,10 @@ class Commissioner {
     progress_(1.0);
   }
 
-  // A characteristic that is not quite right, or a healthy friction where it is steep, makes faults of other forms out of
-  // what it leaves: before a valve is called faulty, what else was found has its numbers fitted without the fault. A
-  // fault that is a friction itself is not to be shared with a healthy one.
+  // A characteristic that is not quite right, or a healthy friction where it is steep, makes faults
+  // of other forms out of what it leaves: before a valve is called faulty, what else was found has
+  // its numbers fitted without the fault. A fault that is a friction itself is not to be shared
+  // with a healthy one.
   void challenge(const Runs& runs, gap::Result found) {
     const plant::ProcessUncertainty uncertainty = model_.uncertainty;
     bool friction = false;
@@ -370,7 +371,8 @@ class Commissioner {
     return 0.01 * request_.healthy_limit_percent * out_.given.controller.pid.output_span();
   }
 
-  // What the rounds leave: numbers that were fitted one after the other, and friction too small to be called missing.
+  // What the rounds leave: numbers that were fitted one after the other, and friction too small to
+  // be called missing.
   void polish_all(const Runs& runs) {
     const Polished polished = polish(model_, record_, most_friction());
     if (polished.rms_error > 0.0) load_ = polished.load_intensity;
@@ -504,7 +506,8 @@ class Commissioner {
     finish(runs, last);
     const double left = out_.gap->after.holdout_rmse;
     const double floor = out_.gap->floor.rmse();
-    // Where the model that it began with is right already, there is no gap to close: then what is left counts.
+    // Where the model that it began with is right already, there is no gap to close: then what is
+    // left counts.
     const std::string follows = what_it_follows(runs, left);
     const bool little =
         left <= kRemarked * floor || (left <= kFewFloors * floor && follows.empty());

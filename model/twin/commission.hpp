@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// From records of a loop that works, and a rough model or none, to its twin: the loop model that the records can't
-// tell from the plant.
+// From records of a loop that works, and a rough model or none, to its twin: the loop model that
+// the records can't tell from the plant.
 //
 //   usable     compression, manual, clamped output, movement, length                            usable.hpp
 //   process    identified from the record (analysis/identification.hpp), or the given one; what fits better starts
@@ -15,8 +15,8 @@
 //   given or, where none was given, as identified
 //
 // Errors: effects::EffectError for a given model that can't be stepped.
-// What it can't do: loops whose controller moves CO by another law than PI(D), gains scheduled over the range, a healthy
-// valve with more friction than the limit.
+// What it can't do: loops whose controller moves CO by another law than PI(D), gains scheduled over
+// the range, a healthy valve with more friction than the limit.
 #pragma once
 
 #include <cstdint>
@@ -41,8 +41,8 @@ const char* to_text(Outcome outcome) noexcept;
 
 // Less of the gap closed, and the twin is none.
 inline constexpr double kLeastClosed = 0.9;
-// The process as a gap may move it here, relative: a rough belief, and one that was identified under what the valve
-// and the day's disturbances did to it.
+// The process as a gap may move it here, relative: a rough belief, and one that was identified
+// under what the valve and the day's disturbances did to it.
 inline constexpr plant::ProcessUncertainty kRoughBelief{
     .gain = 0.5, .time_constant = 0.6, .dead_time = 0.8};
 inline constexpr plant::ProcessUncertainty kIdentified{

@@ -92,7 +92,8 @@ Watched watch(const plant::LoopModel& twin, const specialist::Team& team, Condit
   return out;
 }
 
-// Upper end of the 95 % interval (one-sided) of the mean of a Poisson count: P(count or fewer) = 0.05 there.
+// Upper end of the 95 % interval (one-sided) of the mean of a Poisson count: P(count or fewer) =
+// 0.05 there.
 double most_expected(std::size_t count) {
   double low = 0.0;
   double high = 10.0 + 4.0 * static_cast<double>(count);
@@ -157,7 +158,8 @@ class Looker {
     return std::nullopt;
   }
 
-  // What the stem lacked follows from the run: windows of all rates, from the largest lack down as long as they are found.
+  // What the stem lacked follows from the run: windows of all rates, from the largest lack down as
+  // long as they are found.
   std::optional<std::size_t> least_lacking(Seen& seen) const {
     constexpr std::size_t kFewest = 20;
     std::vector<Tried> all;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the specialists and the alarms would see on this loop: its twin is run with each fault of each size, with its own
-// noise, load and set-point moves, through the very monitor of the daemon.
+// What the specialists and the alarms would see on this loop: its twin is run with each fault of
+// each size, with its own noise, load and set-point moves, through the very monitor of the daemon.
 //
 //   smallest size   the least of a grid from 0.5 to 20 % of span at which kFound of the windows that hold a move of SP
 //                   show a valve fault: the faults' probabilities together reach specialist::kFault, whichever it is
@@ -9,9 +9,10 @@
 //                   backlash and hysteresis either), hours
 //   false alarms    a year: upper end of the 95 % interval of a Poisson rate, from the alarms of healthy hours
 //
-// Errors: effects::EffectError for a twin that can't be stepped. Of an integrating process nothing: the specialists know
-// none.
-// What it can't do: faults that the twin's own moves never touch; a plant that changes in other ways than the twin may.
+// Errors: effects::EffectError for a twin that can't be stepped. Of an integrating process nothing:
+// the specialists know none.
+// What it can't do: faults that the twin's own moves never touch; a plant that changes in other
+// ways than the twin may.
 //
 // Source: Garwood, Biometrika 28 (1936) 437-442 (interval of a Poisson rate).
 #pragma once

@@ -28,8 +28,9 @@ struct Held {
   std::vector<double> controller;  // n^2, CO units squared
 };
 
-// Of the samples at which a change may have begun the earliest at which it is hardly less likely than at the likeliest, and
-// that. `ratio(k)`: twice the logarithm of the likelihood of a change at k. Nothing: none is likely.
+// Of the samples at which a change may have begun the earliest at which it is hardly less likely
+// than at the likeliest, and that. `ratio(k)`: twice the logarithm of the likelihood of a change at
+// k. Nothing: none is likely.
 std::optional<ChangeMoment> most_likely(std::size_t samples,
                                         const std::function<double(std::size_t)>& ratio) {
   std::vector<double> ratios(samples);
@@ -81,8 +82,9 @@ gap::Record part_of(const gap::Record& record, gap::SampleRange range) {
   return {record.period_s, part(record.pv), part(record.sp), part(record.co)};
 }
 
-// A change of the twin goes before what the workflow finds in the stretch alone, where it closes most of the gap, or
-// more than that. What the controller does stands beside it. `first`: sample at which its record begins.
+// A change of the twin goes before what the workflow finds in the stretch alone, where it closes
+// most of the gap, or more than that. What the controller does stands beside it. `first`: sample at
+// which its record begins.
 void take_over(Explanation& out, SinceChange&& since, std::size_t first) {
   gap::Result& result = out.result;
   if (!result.check.usable || since.effects.empty()) return;
@@ -168,7 +170,8 @@ TellingStretch telling_stretch(const gap::Record& record, const plant::LoopModel
   if (!watch.on() && controller.on()) moment = where_retuned(seen.controller);
   const std::size_t likeliest = stretch.begin + (moment ? moment->likeliest : 0);
   if (moment) stretch.begin += moment->earliest;
-  // What came before the alarm may be too little to tell: then the minutes behind it are waited for.
+  // What came before the alarm may be too little to tell: then the minutes behind it are waited
+  // for.
   stretch.end =
       std::min(record.size(), std::max(stretch.end, stretch.begin + samples(settings.enough_s)));
   return {stretch, likeliest};

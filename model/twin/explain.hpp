@@ -16,7 +16,8 @@
 // Errors: none: a stretch that can't be used is not explained.
 // What it can't do: two changes at different times within the stretch.
 //
-// Source of the moment: Basseville and Nikiforov, Detection of Abrupt Changes (1993), ch. 2 (likelihood of a change, two variances).
+// Source of the moment: Basseville and Nikiforov, Detection of Abrupt Changes (1993), ch. 2
+// (likelihood of a change, two variances).
 #pragma once
 
 #include <optional>
@@ -35,8 +36,8 @@ inline constexpr double kClosed = 0.8;
 
 struct ExplainSettings {
   double enough_s = kEnough_s;
-  // Whether the twin's controller is the loop's. Not where this program has the loop: gains, jacket and compensator are its
-  // own, and none of them is a change.
+  // Whether the twin's controller is the loop's. Not where this program has the loop: gains, jacket
+  // and compensator are its own, and none of them is a change.
   bool judge_controller = true;
 };
 

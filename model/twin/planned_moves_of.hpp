@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Settings of planned moves (model/control/planned_moves.hpp) from what is known of a loop that sticks: process and load
-// from its twin, s and j from what explains its alarm.
+// Settings of planned moves (model/control/planned_moves.hpp) from what is known of a loop that
+// sticks: process and load from its twin, s and j from what explains its alarm.
 //
 // A second lag T2 counts half as lag and half as dead time.
 //
@@ -32,8 +32,8 @@ struct Stick {
 };
 inline constexpr double kLeastConfidence = 0.7;  // to act on hardware
 
-// Of the effect `stiction`; nothing without s and j above 0, or where `alternatives`, which the record can't tell from
-// it, have backlash or hysteresis.
+// Of the effect `stiction`; nothing without s and j above 0, or where `alternatives`, which the
+// record can't tell from it, have backlash or hysteresis.
 std::optional<Stick> stick_of(const std::map<std::string, double>& parameters,
                               const std::map<std::string, std::array<double, 2>>& interval,
                               double confidence, const std::vector<std::string>& alternatives);

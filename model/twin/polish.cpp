@@ -43,7 +43,8 @@ bool is_friction(const EffectSpec& spec) {
                      [&](const char* name) { return spec.name == name; });
 }
 
-// Cubic between the points and as monotone as they are (Fritsch and Carlson, SIAM J. Numer. Anal. 17 (1980)).
+// Cubic between the points and as monotone as they are (Fritsch and Carlson, SIAM J. Numer. Anal.
+// 17 (1980)).
 double monotone_cubic(const std::vector<std::pair<double, double>>& points, double at) {
   const auto slope = [&](std::size_t i) {
     return (points[i + 1].second - points[i].second) / (points[i + 1].first - points[i].first);
@@ -82,8 +83,8 @@ void tabulate(LoopModel& model) {
   }
 }
 
-// A table's few points go where the loop was, between the 1st and the 99th hundredth of CO: between points far apart a
-// curve is none.
+// A table's few points go where the loop was, between the 1st and the 99th hundredth of CO: between
+// points far apart a curve is none.
 void move_points(LoopModel& model, std::vector<double> co) {
   std::sort(co.begin(), co.end());
   const double low = co[co.size() / 100];
@@ -268,7 +269,8 @@ bool better(const Left& a, const Left& b) {
   return a.fitted < (1.0 - kLeastGain) * b.fitted && a.held < b.held;
 }
 
-// Whether the interval of a friction leaves 0 out: all over the record, not in some of its parts, it explains more than none.
+// Whether the interval of a friction leaves 0 out: all over the record, not in some of its parts,
+// it explains more than none.
 bool is_sure(const Left& with, const Left& without) {
   std::vector<double> less(kParts);
   for (std::size_t i = 0; i < kParts; ++i) less[i] = without.blocks[i] - with.blocks[i];
@@ -315,7 +317,8 @@ Polished polish(const LoopModel& model, const gap::Record& record, double most_f
   out.model = best.model;
   out.rms_error = std::sqrt(best.left.held /
                             static_cast<double>(std::max<std::size_t>(best.left.samples_held, 1)));
-  // The steady gain K of a random walk of variance q a sample under noise of variance r: K^2 / (1 - K) = q / r.
+  // The steady gain K of a random walk of variance q a sample under noise of variance r: K^2 / (1 -
+  // K) = q / r.
   const double k = best.left.gain;
   out.load_intensity = out.rms_error * k / std::sqrt((1.0 - k) * model.sample_time_s);
   return out;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The last of a twin's fit: all its numbers at once, and the friction of a healthy valve, by the prediction errors that
-// remain beside a load that wanders.
+// The last of a twin's fit: all its numbers at once, and the friction of a healthy valve, by the
+// prediction errors that remain beside a load that wanders.
 //
 //   r(k) = PV(k) - free run(k)
 //   e(k) = r(k) - d(k),  d(k+1) = d(k) + max(K, 1/(k+2)) e(k)      PV units
@@ -16,8 +16,8 @@
 // Errors: none; a record or model that can't be used comes back as it was.
 // What it can't do: find an effect of another form; that is the gap workflow's, before this.
 //
-// Sources: Ljung, System Identification (1999), ch. 7 (prediction errors); Hagglund, Control Eng. Practice 10 (2002)
-// (dead bands of healthy valves).
+// Sources: Ljung, System Identification (1999), ch. 7 (prediction errors); Hagglund, Control Eng.
+// Practice 10 (2002) (dead bands of healthy valves).
 #pragma once
 
 #include "model/gap/record.hpp"
@@ -36,7 +36,8 @@ struct Polished {
 // `most_friction`: CO units; 0: none is looked for.
 Polished polish(const plant::LoopModel& model, const gap::Record& record, double most_friction);
 
-// The same numbers over the whole record, once its last third has proved them: what the loop did there counts too.
+// The same numbers over the whole record, once its last third has proved them: what the loop did
+// there counts too.
 plant::LoopModel refitted(const plant::LoopModel& model, const gap::Record& record);
 
 }  // namespace loopwarden::twin

@@ -188,7 +188,8 @@ struct Sums {
 
 struct Hypothesis {
   std::vector<std::size_t> kinds;  // by number
-  // Of each kind; last the moment: -1 kUnseen_s before the earliest, 0 the earliest, 1 the likeliest.
+  // Of each kind; last the moment: -1 kUnseen_s before the earliest, 0 the earliest, 1 the
+  // likeliest.
   std::vector<double> x;
   Sums errors;
 };
@@ -286,7 +287,8 @@ class Competition {
     return {begin, begin + static_cast<std::ptrdiff_t>(kinds_[of.kinds[k]].start.size())};
   }
 
-  // Sample at which a hypothesis begins: below 0 before the earliest moment at which a change is seen.
+  // Sample at which a hypothesis begins: below 0 before the earliest moment at which a change is
+  // seen.
   std::size_t moment_of(const Hypothesis& h) const {
     const double x = std::clamp(h.x.back(), -1.0, 1.0);
     const auto samples = [&](std::size_t from, std::size_t to) {
@@ -435,8 +437,8 @@ class Competition {
 
   using Objective = std::function<double(const std::vector<double>&)>;
 
-  // Places beside `x`: other sizes of the last kind, each with other shapes where it slips. The best of
-  // each band of sizes, best first.
+  // Places beside `x`: other sizes of the last kind, each with other shapes where it slips. The
+  // best of each band of sizes, best first.
   std::vector<std::vector<double>> scanned(const Hypothesis& of, const std::vector<double>& x,
                                            const Scan& scan, const Objective& objective) const {
     const bool slips = kinds_[of.kinds.back()].slips;

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a loop's twin lacks since a moment that is known within bounds: a competition of single changes, and of two, each the
-// twin with one effect from a moment on, its own within the bounds or up to kUnseen_s before them (a change shows where the
-// stem, or SP, moves), and the same law before and after.
+// What a loop's twin lacks since a moment that is known within bounds: a competition of single
+// changes, and of two, each the twin with one effect from a moment on, its own within the bounds or
+// up to kUnseen_s before them (a change shows where the stem, or SP, moves), and the same law
+// before and after.
 //
 //   r(k) = PV(k) - PV of the twin with the change under the measured CO       PV units
 //   e(k) = r(k) - d(k),  d <- d + K e    K of a load of twice the twin's intensity; it counts from kUnseen_s before the
@@ -15,25 +16,30 @@
 //   t      mean over sd/sqrt(B) of a rival's sum of rho less the winner's, over B blocks
 //   from   the moments at which the winner, all else kept, leaves less than kHardlyMore s^2 more
 //
-// What is fitted to the first two thirds of what comes after the earliest moment wins by the least sum of rho over all; of
-// those that the blocks can't tell apart (t below kAlike) the plainest is chosen, in the order of kinds(): gain, dead time,
-// lag, step, drift, oscillation, then the valve's; the others are its alternatives. A second change is taken in where it halves what is
-// left, by blocks too, and closes kOfGap of the gap. Confidence is that of t against the nearest rival that is no
-// alternative, at most kMostSure, and less where not all is closed.
+// What is fitted to the first two thirds of what comes after the earliest moment wins by the least
+// sum of rho over all; of those that the blocks can't tell apart (t below kAlike) the plainest is
+// chosen, in the order of kinds(): gain, dead time, lag, step, drift, oscillation, then the
+// valve's; the others are its alternatives. A second change is taken in where it halves what is
+// left, by blocks too, and closes kOfGap of the gap. Confidence is that of t against the nearest
+// rival that is no alternative, at most kMostSure, and less where not all is closed.
 //
-// The search. A friction a little too large misses a slip, and no descent finds that: of the valve's changes sizes kFinely
-// apart are tried on kNear_s of the record, and the search goes on from the best of them on twice as much each time; of one
-// that slips from the kFollowed best, of which all of the record decides.
+// The search. A friction a little too large misses a slip, and no descent finds that: of the
+// valve's changes sizes kFinely apart are tried on kNear_s of the record, and the search goes on
+// from the best of them on twice as much each time; of one that slips from the kFollowed best, of
+// which all of the record decides.
 //
-// The interval of a valve effect's parameter, the others as found, ends where the blocks tell another value from the found one
-// (t above 1.96), of values 2, 4, 8 ... % off; or a factor of 2.3 away.
+// The interval of a valve effect's parameter, the others as found, ends where the blocks tell
+// another value from the found one (t above 1.96), of values 2, 4, 8 ... % off; or a factor of 2.3
+// away.
 //
 // Errors: none: an empty result where nothing closes kLeastClosed.
-// What it can't do: a change that began earlier than kUnseen_s before the bounds; more than two changes, or two at
-// different moments; effects that are none of kinds(): those are the gap workflow's.
+// What it can't do: a change that began earlier than kUnseen_s before the bounds; more than two
+// changes, or two at different moments; effects that are none of kinds(): those are the gap
+// workflow's.
 //
-// Sources: Ljung, System Identification (1999), ch. 7 (prediction errors); Diebold and Mariano, J. Bus. Econ. Stat. 13 (1995) 253-263 (a test of two predictions);
-// Huber, Robust Statistics (1981), ch. 7 (bounded errors; the form is Cauchy's).
+// Sources: Ljung, System Identification (1999), ch. 7 (prediction errors); Diebold and Mariano, J.
+// Bus. Econ. Stat. 13 (1995) 253-263 (a test of two predictions); Huber, Robust Statistics (1981),
+// ch. 7 (bounded errors; the form is Cauchy's).
 #pragma once
 
 #include <string>

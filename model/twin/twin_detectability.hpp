@@ -1,16 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the twin's watches would see on this loop: the twin is run with each change of each size, with its own noise, load
-// and set-point moves, beside itself, and the change begins after kBefore answers.
+// What the twin's watches would see on this loop: the twin is run with each change of each size,
+// with its own noise, load and set-point moves, beside itself, and the change begins after kBefore
+// answers.
 //
 //   gain, controller  the process gain; the controller's gains: times 1 + size
 //   dead_time, lag    longer by size times the loop's answer; another lag of as much
 //   least size        of kSizes, found by bisection, at which the alarm comes within kWithin_s in all but one of kRuns runs
 //   time to alarm     at that size, median of the runs, s
 //
-// The controller's gains differ from the beginning on; where its watch can't judge it, nothing is said of it.
+// The controller's gains differ from the beginning on; where its watch can't judge it, nothing is
+// said of it.
 //
 // Errors: effects::EffectError for a twin that can't be stepped.
-// What it can't do: changes that the twin's own moves never touch; a size whose alarm is no surer than a smaller one's.
+// What it can't do: changes that the twin's own moves never touch; a size whose alarm is no surer
+// than a smaller one's.
 #pragma once
 
 #include <array>

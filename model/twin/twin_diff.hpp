@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What has changed between two twins of one loop, number by number: what a second commissioning tells.
+// What has changed between two twins of one loop, number by number: what a second commissioning
+// tells.
 //
 //   friction        the largest of the valve's own, % of the CO span (size_percent of its effects)
 //   characteristic  largest difference of flow at the same travel, each times its process gain, over the PV that the newer

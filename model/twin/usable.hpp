@@ -13,10 +13,11 @@
 //   spans  units of their columns     shares  of 1
 //
 // Errors: none: what is wrong is the result.
-// What it can't do: tell a compression whose deviation is below the noise; nothing is lost to it then.
+// What it can't do: tell a compression whose deviation is below the noise; nothing is lost to it
+// then.
 //
-// Source: Thornhill, Choudhury and Shah, J. Process Control 14 (2004) 389-398 (compression, and the second difference
-// that shows it). The shares are our choice.
+// Source: Thornhill, Choudhury and Shah, J. Process Control 14 (2004) 389-398 (compression, and the
+// second difference that shows it). The shares are our choice.
 #pragma once
 
 #include <optional>

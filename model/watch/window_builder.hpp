@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Turns the cycles of one loop into windows of alarm::kWindowSamples samples, stepped by the caller.
+// Turns the cycles of one loop into windows of alarm::kWindowSamples samples, stepped by the
+// caller.
 //
 // Each sample is the mean of `decimation` cycles, so a loop at 100 Hz has windows of the same
 // duration as one at 10 Hz. A window follows the one before by (1 - overlap) of its length. A

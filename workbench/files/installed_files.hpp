@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Finds files of the source tree that documents and help name, such as examples/gap-example/record.csv
-// or examples/models/plant1.yaml. On a machine with the package, they are in the package's
-// folders.
+// Finds files of the source tree that documents and help name, such as
+// examples/gap-example/record.csv or examples/models/plant1.yaml. On a machine with the package,
+// they are in the package's folders.
 #pragma once
 
 #include <string>

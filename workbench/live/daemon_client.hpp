@@ -30,8 +30,8 @@ class OrderNotTaken : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-// A connection to the daemon on this machine. A command ends if the daemon ends. daemon/protocol/ask.hpp
-// offers the same requests as structs.
+// A connection to the daemon on this machine. A command ends if the daemon ends.
+// daemon/protocol/ask.hpp offers the same requests as structs.
 class DaemonClient final : public protocol::Daemon {
  public:
   static constexpr const char* kDefaultSocket = "/run/loopwardend/control.sock";

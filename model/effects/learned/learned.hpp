@@ -16,8 +16,8 @@
 //   b, a    numerator and denominator by rising powers of p, s^k; no pole to the right of -1e-6 1/s
 //
 // Severity s fades each in as u + s (y - u).
-// Errors: the steps have no exceptions; model/effects/learned/learned_descriptor.cpp rejects invalid tables,
-// check_poles() invalid denominators.
+// Errors: the steps have no exceptions; model/effects/learned/learned_descriptor.cpp rejects
+// invalid tables, check_poles() invalid denominators.
 // Limits: it doesn't explain a cause. It describes the behaviour during the moves of one record, at
 // the openings, sizes and times of that record. Beyond them the end values apply.
 //

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The answers of the sockets, byte for byte. tests/daemon/protocol/golden has one line per kind of answer.
-// For an intended change, LOOPWARDEN_WRITE_GOLDEN=1 writes the files again.
+// The answers of the sockets, byte for byte. tests/daemon/protocol/golden has one line per kind of
+// answer. For an intended change, LOOPWARDEN_WRITE_GOLDEN=1 writes the files again.
 #include <chrono>
 #include <cmath>
 #include <cstdlib>
