@@ -18,13 +18,13 @@ ROOTS = [
     r"loopwarden::daemon::rt::CyclicRunner::run\(",
     r"loopwarden::base::MonotonicClock::(now_ns|sleep_until_ns)\(",
     r"loopwarden::hal::\w+::\w+LoopIo::(read|write)\(",
-    r"loopwarden::plant::Effect::Held<.*>::(reset|step|set_severity)\(",
+    r"loopwarden::effects::Effect::Held<.*>::(reset|step|set_severity)\(",
 ]
 # Functions that may call through a pointer, and why.
 INTERFACE_CALLERS = [
     r"loopwarden::daemon::rt::CyclicRunner::",  # Clock
     r"loopwarden::daemon::rt::ControlCycle::",  # LoopIo
-    r"(double )?loopwarden::plant::(EffectChain|Plant)::",  # Effect
+    r"(double )?loopwarden::(effects::EffectChain|plant::Plant)::",  # Effect
 ]
 # What may be called outside the program: arithmetic, copying, the two calls of the clock, and in a package's program
 # the end of one whose stack was overwritten.
@@ -35,7 +35,7 @@ ALLOWED = {
 }
 MANDATORY_ROOTS = ["CyclicRunner::run", "SimLoopIo::read", "SimLoopIo::write", "ModbusLoopIo::read",
                    "ModbusLoopIo::write", "AnalogLoopIo::read", "AnalogLoopIo::write",
-                   "ReplayLoopIo::read", "ReplayLoopIo::write", "Held<loopwarden::plant::Backlash>::step"]
+                   "ReplayLoopIo::read", "ReplayLoopIo::write", "Held<loopwarden::effects::Backlash>::step"]
 
 FUNCTION = re.compile(r"^[0-9a-f]+ <(.*)>:$")
 TARGET = r"[0-9a-f]+ <(.*?)(?:\+0x[0-9a-f]+)?>\s*(?://.*)?$"

@@ -241,7 +241,7 @@ TEST_CASE("a display is a viewer, and the list shows which user is one", "[proce
   CHECK(user("add vera --stdin").exit_code == 0);
   const auto refused = user("add otto --role operator --display --stdin");
   CHECK(refused.exit_code == 64);
-  CHECK_THAT(refused.text, Contains("a display is a viewer"));
+  CHECK_THAT(refused.text, Contains("a display must be a viewer"));
   CHECK_THAT(user("list").text, Catch::Matches("vera +viewer\nwall +viewer, display\n"));
   CHECK(user("password wall --stdin").exit_code == 0);
   CHECK_THAT(user("list").text, Contains("viewer, display"));
