@@ -43,7 +43,7 @@ class CommandQueue {
  public:
   static constexpr std::size_t kOutcomesKept = 64;
 
-  // `standing` is the loop's, as LoopChannels has it.
+  // `availability` is that of the loop, from LoopChannels.
   CommandQueue(rt::CommandMailbox& box, const std::atomic<std::uint8_t>& availability,
                CommandCallbacks callbacks)
       : box_(box), standing_(availability), callbacks_(std::move(callbacks)) {}

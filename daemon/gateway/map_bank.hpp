@@ -3,7 +3,7 @@
 //
 // All values of a request are from one reading of each loop. Floats are always finite. A value of
 // two registers must be written in one request (otherwise exception 3). A write request takes
-// effect completely or not at all. For a loop, its mode takes effect first (daemon/rt/order.hpp).
+// effect completely or not at all. For a loop, its mode takes effect first (daemon/rt/command.hpp).
 //
 // Masters repeat their writes. A write of the value in force is not a command: it has no effect and
 // no line in the journal. The value in force is that of the loop's cycle, including the master's

@@ -1,10 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-// The monitor's thread: takes every loop's cycles, cuts them into windows and has them judged.
-//
-// Loops are served in turn. In one turn a loop gives at most kCyclesATurn cycles and has at most
-// one window judged, so that a loop with a long queue does not keep the others waiting; the next
-// round begins behind the loop at which the last one ended. What a ring had no room for is counted
-// by the ring, and breaks the window: the loop starts a new one.
 #pragma once
 
 #include <atomic>

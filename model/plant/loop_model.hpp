@@ -36,7 +36,7 @@ struct ProcessUncertainty {
   friend bool operator==(const ProcessUncertainty&, const ProcessUncertainty&) = default;
 };
 
-// The disturbance in a healthy record, PV units (monitor/load_watch.hpp).
+// The disturbance in a healthy record, PV units (watch/load_watch.hpp).
 struct SeenLoad {
   double mean = 0.0;       // mean of PV minus PV of the twin
   double deviation = 0.0;  // standard deviation of its means over minutes
@@ -46,7 +46,7 @@ struct SeenLoad {
 };
 
 // The difference between CO of a healthy record and CO of the twin's controller for the same SP and
-// PV (monitor/controller_watch.hpp).
+// PV (watch/controller_watch.hpp).
 struct SeenController {
   double rms = 0.0;         // CO units
   double resolution = 0.0;  // resolution of CO, CO units
@@ -59,7 +59,7 @@ struct SeenController {
 struct TwinFit {
   std::vector<std::string> parameters;          // gain, time_constant, dead_time
   std::vector<std::vector<double>> covariance;  // of their natural logarithms
-  // The largest z of the healthy record itself (monitor/twin_watch.hpp); 0: unknown.
+  // The largest z of the healthy record itself (watch/twin_watch.hpp); 0: unknown.
   double largest = 0.0;
   // The ranges of PV and CO in the record, in their units. Outside them the twin extrapolates.
   double seen_low = -std::numeric_limits<double>::infinity();

@@ -9,7 +9,7 @@
 #include "tests/support/shell.hpp"
 #include "tests/support/temporary_folder.hpp"
 
-namespace loopwarden::daemon::box_judge_test {
+namespace loopwarden::daemon::host_judge_test {
 
 using alarm::BoxAlarm;
 using alarm::index_of;
@@ -171,4 +171,4 @@ TEST_CASE("a renewed certificate is not reported any more at the next look", "[b
   CHECK_FALSE(told());
 }
 
-}  // namespace loopwarden::daemon::box_judge_test
+}  // namespace loopwarden::daemon::host_judge_test

@@ -11,7 +11,7 @@
 #include "tests/daemon/rt/loop_fixture.hpp"
 #include "tests/support/temporary_folder.hpp"
 
-namespace loopwarden::tests::order_keeper_test {
+namespace loopwarden::tests::command_keeper_test {
 namespace {
 
 using namespace loopwarden::daemon;
@@ -186,4 +186,4 @@ TEST_CASE("a disk that refuses is tried again, and the newest counts", "[restart
             .set_point == 73.0);
 }
 
-}  // namespace loopwarden::tests::order_keeper_test
+}  // namespace loopwarden::tests::command_keeper_test

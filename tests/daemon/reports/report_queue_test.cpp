@@ -13,7 +13,7 @@
 
 #include "tests/support/temporary_folder.hpp"
 
-namespace loopwarden::daemon::reports::report_desk_test {
+namespace loopwarden::daemon::reports::report_queue_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -296,4 +296,4 @@ TEST_CASE("a restart knows the reports, and marks those that it ended as failed"
   CHECK(fs::exists(bench.settings.folder / "own/report.html"));
 }
 
-}  // namespace loopwarden::daemon::reports::report_desk_test
+}  // namespace loopwarden::daemon::reports::report_queue_test

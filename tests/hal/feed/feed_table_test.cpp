@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-namespace feed_board_test {
+namespace feed_table_test {
 
 using namespace loopwarden;
 using namespace loopwarden::hal::feed;
@@ -168,4 +168,4 @@ TEST_CASE("two loops may ask for one value", "[feed]") {
   CHECK(inputs.output.sample.value == 4.0);
 }
 
-}  // namespace feed_board_test
+}  // namespace feed_table_test

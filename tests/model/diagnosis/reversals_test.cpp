@@ -14,7 +14,7 @@
 #include "model/numeric/random.hpp"
 #include "tests/model/diagnosis/signals.hpp"
 
-namespace loopwarden::tests::turns_test {
+namespace loopwarden::tests::reversals_test {
 namespace {
 
 using namespace diagnosis;
@@ -161,4 +161,4 @@ TEST_CASE("coarse steps of CO, a smooth peak and a span that is not CO's own are
 }
 
 }  // namespace
-}  // namespace loopwarden::tests::turns_test
+}  // namespace loopwarden::tests::reversals_test

@@ -7,7 +7,7 @@
 
 #include "tests/model/gap/gap_support.hpp"
 
-namespace twin_sight_test {
+namespace twin_detectability_test {
 
 using namespace loopwarden;
 using twin::TwinSeen;
@@ -63,4 +63,4 @@ TEST_CASE("no detectability is reported for a controller that is not watched",
   CHECK(seen.size() == 3);
 }
 
-}  // namespace twin_sight_test
+}  // namespace twin_detectability_test
