@@ -29,7 +29,7 @@ class BackendFactory {
   // Makes the backend of a loop that is controlled here. Throws std::runtime_error if it can't
   // work.
   std::unique_ptr<hal::LoopIo> make(const config::LoopConfig& loop);
-  // Makes the source of a loop that another controller runs. `board` must outlive it.
+  // Makes the source of a loop that another controller runs. The table must outlive it.
   std::unique_ptr<hal::LoopSource> make_source(const config::LoopConfig& loop,
                                                hal::feed::FeedTable& board);
   // Log of links and analog channels.

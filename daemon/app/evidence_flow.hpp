@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Processes a valve alarm: stores evidence on the disk and writes a line to the journal. For a loop
-// with a twin it also puts an explanation on the board.
+// with a twin it also stores an explanation in the alarm registry.
 //
 //   monitor -> keep() -> EvidenceStore -> journal
-//                            -> Explainer (with a twin) -> board
+//                            -> Explainer (with a twin) -> registry
 #pragma once
 
 #include <cstddef>

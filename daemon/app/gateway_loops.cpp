@@ -16,7 +16,7 @@ GatewayLoops::GatewayLoops(const console::Plant& plant, journal::Journal& journa
 
 gateway::LoopReading GatewayLoops::read(std::size_t loop) {
   gateway::LoopReading reading = readings_.read(loop);
-  // What was ordered reads back at once.
+  // Includes waiting commands, so that a master reads back its values at once.
   const rt::InForce now = in_force(plant_.loops[loop], queues_[loop]);
   reading.availability = queues_[loop].availability();
   reading.set_point_wanted = now.set_point;

@@ -7,7 +7,7 @@
 namespace loopwarden::daemon::commands {
 
 rt::LoopAvailability CommandQueue::availability() {
-  collect();  // collected before the loop is read: it shows answered orders already
+  collect();  // collected before the loop is read: it shows answered commands already
   rt::LoopAvailability availability = rt::unpacked(standing_.load(std::memory_order_acquire));
   for (const Waiting& waiting : waiting_) {
     availability.mode = waiting.command.mode.value_or(availability.mode);
@@ -31,7 +31,7 @@ std::uint64_t CommandQueue::send(rt::Command command, std::vector<journal::Journ
 void CommandQueue::collect() {
   rt::CommandAnswer answer;
   while (box_.answers.try_pop(answer)) {
-    // Answers arrive in the sequence of the orders.
+    // Answers arrive in the order of the commands.
     Waiting waiting = std::move(waiting_.front());
     waiting_.pop_front();
     Outcome outcome{.number = answer.number,

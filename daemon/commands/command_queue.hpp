@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// One sender's side of the orders to one loop. It numbers the orders, tracks the unanswered ones,
-// and writes each order to the journal with the result from the loop's cycle.
+// One sender's queue of commands to one loop. It numbers the commands, tracks the unanswered ones,
+// and writes each command to the journal with the result from the loop's cycle.
 //
 // For the sender's thread only.
 #pragma once
@@ -21,12 +21,12 @@
 
 namespace loopwarden::daemon::commands {
 
-// The result of an order.
+// The result of a command.
 struct Outcome {
   std::uint64_t number = 0;
   rt::Refusal refusal = rt::Refusal::none;
   rt::InForce now{};                 // values when the cycle took it
-  std::string why;                   // empty: the order was done
+  std::string why;                   // empty: the command was done
   std::uint64_t journal_ticket = 0;  // of its last line
   std::chrono::steady_clock::time_point answered{};
 };
@@ -35,7 +35,7 @@ struct CommandCallbacks {
   // Returns the journal's ticket.
   std::function<std::uint64_t(journal::JournalEntry)> write_down;
   std::function<std::string(const rt::CommandAnswer&, const rt::Command&)> why;
-  // An order is in force; the first of its lines, before it is written.
+  // Called when a command is in force, with the first of its lines, before that is written.
   std::function<void(const rt::Command&, const journal::JournalEntry&)> done{};
 };
 
@@ -48,14 +48,14 @@ class CommandQueue {
                CommandCallbacks callbacks)
       : box_(box), standing_(availability), callbacks_(std::move(callbacks)) {}
 
-  // What the next order will find: the loop as it is, with this sender's orders that it has not
-  // taken yet.
+  // Returns what the next command will find: the state of the loop after this sender's unanswered
+  // commands.
   rt::LoopAvailability availability();
   bool has_room();
-  // Nothing is waited for. The lines are written when the answer is there, with its result.
-  // `has_room()` must be true. Returns the order's number.
+  // Does not wait. The lines are written when the answer arrives, with its result. Requires
+  // `has_room()`. Returns the command's number.
   std::uint64_t send(rt::Command command, std::vector<journal::JournalEntry> lines);
-  // Orders on their way, oldest first.
+  // Visits the unanswered commands, oldest first.
   template <class Visit>
   void for_each_waiting(Visit visit) const {
     for (const Waiting& waiting : waiting_) visit(waiting.command);
@@ -64,9 +64,9 @@ class CommandQueue {
 
   // Collects the available answers.
   void collect();
-  // Call it after the loop has ended: unanswered orders are written as not taken.
+  // Call it after the loop has ended: unanswered commands are written as not taken.
   void close();
-  // Returns nullopt for an order that is unanswered or no longer stored.
+  // Returns nullopt for a command that is unanswered or no longer stored.
   std::optional<Outcome> outcome(std::uint64_t number);
   std::uint64_t newest() const noexcept { return newest_; }
 

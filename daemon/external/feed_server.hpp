@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The server of feed.sock, on the thread `lw-feed`. It takes lines of values
-// (daemon/protocol/feed_line.hpp) from feeders and puts them on the board for the watched loops.
+// (daemon/protocol/feed_line.hpp) from feeders and puts them into the table for the watched loops.
 // Loops controlled here get no values this way.
 //
 // The user id of a peer's process identifies it as one feeder of loopwardend.yaml. Other peers are
@@ -38,7 +38,7 @@ class FeedServer {
     unsigned uid = 0;
   };
 
-  // Starts listening. `board` must outlive this and contain all feeders. `bytes_per_second`: rate
+  // Starts listening. The table must outlive this and contain all feeders. `bytes_per_second`: rate
   // and burst per feeder. Throws std::runtime_error.
   FeedServer(std::string path, std::vector<Right> rights, std::optional<unsigned> group,
              hal::feed::FeedTable& board, double bytes_per_second = kBytesPerSecond);

@@ -10,7 +10,7 @@ namespace loopwarden::daemon::gateway {
 namespace {
 
 constexpr std::chrono::milliseconds kRound{100};
-constexpr std::chrono::milliseconds kRoundWithOrders{10};  // while a loop has an order to answer
+constexpr std::chrono::milliseconds kRoundWithOrders{10};  // while a loop has a command to answer
 // Longest time for which the answer to an alarm action waits for the journal's line to be on the
 // disk.
 constexpr std::int64_t kDiskPatienceNs = 250'000'000;

@@ -30,7 +30,7 @@ struct LoopReading {
   // CO units, output that manual holds or moves to; NaN: unknown
   double output_wanted = rt::kOutputNotKnown;
   rt::LoopSettings settings;          // in force, ranges and limits included
-  rt::LoopAvailability availability;  // what the next order will find
+  rt::LoopAvailability availability;  // what the next command will find
   std::uint32_t orders_refused = 0;
   std::optional<control::MovesState> moves;  // planned moves, where there are
   supervision::AlarmSnapshot watch;
@@ -81,13 +81,13 @@ class LoopsView : public PlantView {
  public:
   // Only the gateway's thread fills the loop's mailbox.
   virtual bool has_room_for_command(std::size_t loop) = 0;
-  // Taken by the loop's next cycle. The lines go to the journal with what the cycle made of the
-  // order.
+  // Sends the command, which the loop's next cycle takes. The lines are written to the journal with
+  // its result.
   virtual void send(std::size_t loop, const rt::Command& command,
                     std::vector<journal::JournalEntry> lines) = 0;
-  // Takes the answers to orders that are there; true while some are still to come.
+  // Takes the available answers to commands. Returns true while others are missing.
   virtual bool collect_answers() = 0;
-  // The loops have ended: orders without an answer are written down as not taken.
+  // Call it after the loops have ended: unanswered commands are written as not taken.
   virtual void close_commands() = 0;
   // The next four wait for nothing. They return the journal's ticket of what was done, 0: nothing
   // was.

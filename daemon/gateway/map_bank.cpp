@@ -89,7 +89,7 @@ struct MapBank::Wish {
 struct MapBank::LoopCommand {
   std::size_t loop = 0;
   rt::Command command{};
-  std::vector<const Wish*> wishes{};  // the writes that the order consists of
+  std::vector<const Wish*> wishes{};  // the writes that the command consists of
 };
 
 Exception MapBank::collect(Table table, std::uint16_t address,

@@ -7,7 +7,7 @@
 //
 // Masters repeat their writes. A write of the value in force is not a command: it has no effect and
 // no line in the journal. The value in force is that of the loop's cycle, including the master's
-// pending orders; the register may show it rounded.
+// pending commands; the register may show it rounded.
 //
 // Coils, the shelve registers, `unshelve_process` and `calm` act on a new value only. New is a 1
 // (or a number of minutes) that the same master has not written within the last 30 s. A 0 is new

@@ -40,7 +40,7 @@ enum class Exception : std::uint8_t {
   illegal_address = 2,
   illegal_value = 3,
   device_failure = 4,
-  busy = 6  // not now: the loop's mode forbids it, or too many orders are waiting
+  busy = 6  // not now: the loop's mode forbids it, or too many commands are waiting
 };
 
 // The sender of a request.

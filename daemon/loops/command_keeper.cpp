@@ -34,7 +34,7 @@ CommandKeeper::CommandKeeper(const std::vector<LoopRuntime>& loops, LastCommands
     tracks_[i].ever_saved = true;
     begun.loops.erase(found);
   }
-  // Orders of a loop out of service are kept. Its tag may be unknown because its file is
+  // Commands of a loop out of service are kept. Its tag may be unknown because its file is
   // unreadable.
   const bool all_run = std::all_of(loops.begin(), loops.end(), [](const LoopRuntime& loop) {
     return loop.watched() || runs_here(loop);
@@ -64,7 +64,7 @@ void CommandKeeper::run() {
   }
 }
 
-// Records the values in force in the loop. In manual a set point that follows PV is not an order.
+// Records the values in force in the loop. In manual a set point that follows PV is not a command.
 void CommandKeeper::see(std::size_t loop) {
   const LoopRuntime& runtime = loops_[loop];
   LastCommand& now = tracks_[loop].now;

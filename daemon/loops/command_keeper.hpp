@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Stores the loops' last orders on the disk, on a separate thread.
+// Stores the loops' last commands on the disk, on a separate thread.
 //
 // It checks the loops every 50 ms. A change of the mode, or of a condition that forbids to
 // continue, is written at once. The first eight changes of a set point in a row are written at once
@@ -31,7 +31,7 @@ class CommandKeeper {
   ~CommandKeeper() { stop(); }
 
   void start();
-  // Call it when the daemon ends: later changes of the loops are not orders. Does not wait.
+  // Call it when the daemon ends: later changes of the loops are not commands. Does not wait.
   void freeze();
   void stop();
   // Does the same as stop(), but waits for the disk for at most `patience`. Returns false if it
@@ -65,7 +65,7 @@ class CommandKeeper {
   std::mutex mutex_;
   std::condition_variable changed_;
   std::vector<Track> tracks_;
-  std::map<std::string, LastCommand> resting_;  // orders of loops out of service
+  std::map<std::string, LastCommand> resting_;  // commands of loops out of service
   bool forget_ = false;                         // the disk has loops that no longer exist
   bool frozen_ = false;
   bool quit_ = false;

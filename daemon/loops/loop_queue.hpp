@@ -11,15 +11,15 @@
 
 namespace loopwarden::daemon {
 
-// Makes a sender's queue of orders to a loop. `box`: the sender's mailbox in the loop's channels.
-// `done` is called for each order that the loop has taken, after the actions that are common to all
-// orders.
+// Makes a sender's queue of commands to a loop. `box`: the sender's mailbox in the loop's channels.
+// `done` is called for each command that the loop has taken, after the actions that are common to
+// all commands.
 using CommandDone = std::function<void(const rt::Command&, const journal::JournalEntry&)>;
 commands::CommandQueue queue_of(LoopRuntime& loop, rt::CommandMailbox& box,
                                 journal::Journal& journal, CommandDone done = {});
 
-// Returns the values that the sender's next order will find in force. These are the loop's values,
-// changed by the sender's orders that the loop has not taken yet.
+// Returns the values that the sender's next command will find in force. These are the loop's
+// values, changed by the sender's commands that the loop has not taken yet.
 rt::InForce in_force(const LoopRuntime& loop, commands::CommandQueue& queue);
 
 // Writes a line to the journal: this peer has started or ended a commissioning.

@@ -14,7 +14,7 @@ void CurrentSettings::gains_ordered(GainsAuthor author) {
 void CurrentSettings::gains_of_file(const control::PidGains& gains) {
   const std::lock_guard lock(mutex_);
   file_ = gains;
-  // A newer order may have arrived before these settings.
+  // A newer command may have arrived before these settings.
   if (not_in_file() == std::nullopt) author_ = {};
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Decides how a loop starts after a restart: applies `start.after_restart` of its file to the
-// orders from before the restart. In case of doubt the loop waits in manual.
+// commands from before the restart. In case of doubt the loop waits in manual.
 #pragma once
 
 #include <optional>
@@ -20,7 +20,7 @@ struct WarmStart {
   std::optional<journal::JournalEntry> line;
 };
 
-// `orders`: those of all loops. Without orders, as at the very first start, the file decides.
+// `commands`: those of all loops. Without commands, as at the very first start, the file decides.
 WarmStart warm_start(const config::LoopConfig& loop, const LastCommands& commands);
 
 }  // namespace loopwarden::daemon

@@ -211,7 +211,7 @@ void Recorder::write_loop(std::size_t loop) {
   write_csv(loop, rows);
 }
 
-// Returns the next order that was given before row `end`.
+// Returns the next request that was made before row `end`.
 std::optional<Recorder::CsvOrder> Recorder::next_order(std::size_t loop, std::uint64_t end) {
   const std::lock_guard lock(mutex_);
   std::deque<CsvOrder>& orders = tracks_[loop].csv.orders;

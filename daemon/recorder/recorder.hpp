@@ -80,7 +80,7 @@ class Recorder {
   enum class CsvState : std::uint8_t { none, starting, recording, stopping };
   struct CsvOrder {
     bool start = false;
-    std::uint64_t after = 0;  // rows that were queued before this order
+    std::uint64_t after = 0;  // rows that were queued before this request
   };
   struct Csv {
     CsvState state = CsvState::none;
@@ -125,7 +125,7 @@ class Recorder {
   mutable std::mutex mutex_;  // held for copies in memory only
   std::condition_variable changed_;
   std::vector<Track> tracks_;
-  bool urgent_ = false;  // a requester waits for an order
+  bool urgent_ = false;  // a requester waits for a start or an end
   bool quit_ = false;
 
   std::vector<Disk> disks_;

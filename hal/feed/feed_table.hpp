@@ -97,7 +97,7 @@ class FeedTable {
 
 class FeedSource final : public LoopSource {
  public:
-  // `board` must outlive this object.
+  // The table must outlive this object.
   FeedSource(const FeedSettings& settings, FeedTable& board);
 
   void open() override {}

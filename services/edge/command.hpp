@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Translates an NCMD or DCMD of a host into requests for the daemon. Pure.
 //
-// | metric | value | order |
+// | metric | value | request or effect |
 // |---|---|---|
 // | mode | 0 manual, 1 automatic | set |
 // | sp, output | number | set; with mode in one message they take effect in one cycle |
