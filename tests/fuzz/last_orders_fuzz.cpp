@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reads any bytes with a correct checksum as the file of the loops' last orders. Accepted orders
-// are finite, and are the same after they are written and read again.
+// Reads any bytes with a correct checksum as the file of the loops' last commands. Accepted
+// commands are finite, and are the same after they are written and read again.
 #include <cmath>
 #include <cstdint>
 #include <fmt/format.h>

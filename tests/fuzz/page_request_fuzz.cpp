@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A browser that sends any request with any user's cookie to every handler. The input also gives
 // the daemon's answers. Each answer must have a known status and a complete head, and JSON must be
-// valid. Users without the right must not send orders.
+// valid. Users without the right must not send commands.
 //
 // The input is text (tests/fuzz/corpus/page_request). It has these parts:
 // - the user, and "token" if the user sends the right CSRF token

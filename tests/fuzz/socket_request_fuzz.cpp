@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Sends any bytes as a line to each of the daemon's sockets, with each set of rights. The answer is
-// always one line of JSON with the outcome. A socket without rights executes no order. The outputs
-// of the loop stay within its limits.
+// always one line of JSON with the outcome. A socket without rights executes no command. The
+// outputs of the loop stay within its limits.
 #include <spdlog/spdlog.h>
 
 #include <cstdint>

@@ -82,7 +82,7 @@ class FakeDaemon {
     const std::lock_guard lock(mutex_);
     elsewhere_ = std::move(tag);
   }
-  // The answer to an order. Empty: done.
+  // The answer to a command. Empty: done.
   void refuse_orders(std::string why) {
     const std::lock_guard lock(mutex_);
     refusal_ = std::move(why);

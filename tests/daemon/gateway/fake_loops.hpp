@@ -53,7 +53,7 @@ class FakeLoops final : public daemon::gateway::LoopsView {
   }
   daemon::gateway::BoxReading box() override { return box_reading; }
   bool has_room_for_command(std::size_t) override { return room; }
-  // Every cycle takes every order.
+  // Every cycle takes every command.
   void send(std::size_t loop, const daemon::rt::Command& order,
             std::vector<daemon::journal::JournalEntry> of_order) override {
     commands.emplace_back(loop, order);

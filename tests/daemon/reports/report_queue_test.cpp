@@ -85,13 +85,13 @@ TEST_CASE("a report is made by the command of its kind, with only its own argume
       "printf '%s\\n' \"$@\" > \"$OUT/words\"; mkdir \"$OUT/records\"; echo $TMPDIR > "
       "\"$TMPDIR/x\"; echo '<title>' > \"$OUT/" +
       page + "\"\necho 'progress: gap 99 %' >&2; echo assumed: a >&2; echo 'The valve sticks.'");
-  ReportQueue desk = bench.make();
-  const auto posted = desk.post(command_of("FIC-101", kind, twin));
+  ReportQueue queue = bench.make();
+  const auto posted = queue.post(command_of("FIC-101", kind, twin));
   REQUIRE(posted);
   CHECK(posted->name == std::string("FIC-101-") + to_text(kind) + "-20270115T080001000Z");
   CHECK(bench.woken == 1);
-  REQUIRE(desk.run_next(go_on));
-  CHECK_FALSE(desk.run_next(go_on));
+  REQUIRE(queue.run_next(go_on));
+  CHECK_FALSE(queue.run_next(go_on));
   REQUIRE(bench.ended.size() == 1);
   const Report& report = bench.ended.front();
   CHECK(report.state == State::done);
@@ -123,10 +123,10 @@ TEST_CASE("a failed report has the reason in the command's own words", "[reports
        {"printf 'a\\033b\\n'; exit 1", "a b", false},
        {"echo all is well", "it wrote no report", false}}));
   Bench bench(script);
-  ReportQueue desk = bench.make();
-  desk.post(command_of("FIC-101"));
-  REQUIRE(desk.run_next(go_on));
-  const Report report = desk.of("FIC-101")->front();
+  ReportQueue queue = bench.make();
+  queue.post(command_of("FIC-101"));
+  REQUIRE(queue.run_next(go_on));
+  const Report report = queue.of("FIC-101")->front();
   CHECK(report.state == State::failed);
   CHECK(report.sentence == why);
   CHECK(report.has_page == page);
@@ -135,10 +135,10 @@ TEST_CASE("a failed report has the reason in the command's own words", "[reports
 TEST_CASE("a report that takes too long is ended, and its files are deleted", "[reports]") {
   Bench bench("echo half > \"$OUT/half\"; exec sleep 600");
   bench.settings.most_time = milliseconds(500);
-  ReportQueue desk = bench.make();
-  desk.post(command_of("FIC-101"));
-  REQUIRE(desk.run_next(go_on));
-  const Report report = desk.of("FIC-101")->front();
+  ReportQueue queue = bench.make();
+  queue.post(command_of("FIC-101"));
+  REQUIRE(queue.run_next(go_on));
+  const Report report = queue.of("FIC-101")->front();
   CHECK(report.state == State::failed);
   CHECK_THAT(report.sentence, Catch::Contains("a shorter stretch takes less"));
   CHECK_FALSE(fs::exists(bench.folder_of(report) / "half"));
@@ -147,32 +147,32 @@ TEST_CASE("a report that takes too long is ended, and its files are deleted", "[
 TEST_CASE("without the program a report fails", "[reports]") {
   Bench bench("");
   bench.settings.program = bench.folder / "nowhere";
-  ReportQueue desk = bench.make();
-  desk.post(command_of("FIC-101"));
-  REQUIRE(desk.run_next(go_on));
-  CHECK(desk.of("FIC-101")->front().state == State::failed);
-  CHECK_THAT(desk.of("FIC-101")->front().sentence, Catch::Contains("nowhere"));
+  ReportQueue queue = bench.make();
+  queue.post(command_of("FIC-101"));
+  REQUIRE(queue.run_next(go_on));
+  CHECK(queue.of("FIC-101")->front().state == State::failed);
+  CHECK_THAT(queue.of("FIC-101")->front().sentence, Catch::Contains("nowhere"));
 }
 
 TEST_CASE("four reports wait, each at its position, and the fifth is refused", "[reports]") {
   Bench bench("sleep 0.5; echo '<title>' > \"$OUT/report.html\"");
-  ReportQueue desk = bench.make();
+  ReportQueue queue = bench.make();
   std::vector<std::string> order;
   for (const char* loop : {"FIC-101", "FIC-102", "FIC-101", "FIC-101"}) {
-    const auto posted = desk.post(command_of(loop));
+    const auto posted = queue.post(command_of(loop));
     REQUIRE(posted);
     CHECK(posted->place == order.size() + 1);
     order.push_back(posted->name);
   }
-  CHECK_FALSE(desk.post(command_of("FIC-103")));
+  CHECK_FALSE(queue.post(command_of("FIC-103")));
   CHECK(bench.woken == 4);
   // The report that is being made does not count as waiting.
   std::vector<Report> meanwhile;
   bool has_room = false;
-  REQUIRE(desk.run_next([&](milliseconds patience) {
+  REQUIRE(queue.run_next([&](milliseconds patience) {
     if (meanwhile.empty()) {
-      meanwhile = *desk.of("FIC-101");
-      has_room = desk.post(command_of("FIC-104")).has_value();
+      meanwhile = *queue.of("FIC-101");
+      has_room = queue.post(command_of("FIC-104")).has_value();
     }
     return go_on(patience);
   }));
@@ -183,7 +183,7 @@ TEST_CASE("four reports wait, each at its position, and the fifth is refused", "
   CHECK(meanwhile[2].state == State::running);
   CHECK(meanwhile[2].place == 0);
   CHECK(has_room);
-  while (desk.run_next(go_on)) {
+  while (queue.run_next(go_on)) {
   }
   REQUIRE(bench.ended.size() == 5);
   CHECK(names({bench.ended.begin(), bench.ended.begin() + 4}) == order);
@@ -191,13 +191,13 @@ TEST_CASE("four reports wait, each at its position, and the fifth is refused", "
 
 TEST_CASE("two reports of one millisecond have different names", "[reports]") {
   Bench bench("");
-  ReportQueue desk{bench.settings,
-                   {.now_ms = [] { return kNow_ms; },
-                    .wake = [] {},
-                    .ended = [](const Report&) {},
-                    .in_use = [](const fs::path&) { return false; }}};
-  const auto one = desk.post(command_of("FIC-101"));
-  const auto other = desk.post(command_of("FIC-101"));
+  ReportQueue queue{bench.settings,
+                    {.now_ms = [] { return kNow_ms; },
+                     .wake = [] {},
+                     .ended = [](const Report&) {},
+                     .in_use = [](const fs::path&) { return false; }}};
+  const auto one = queue.post(command_of("FIC-101"));
+  const auto other = queue.post(command_of("FIC-101"));
   CHECK(one->name != other->name);
 }
 
@@ -205,17 +205,17 @@ TEST_CASE("a report that is stopped restarts, before later ones", "[reports]") {
   Bench bench(
       "if [ -e \"$OUT/../second\" ]; then echo '<title>' > \"$OUT/report.html\"; else "
       "touch \"$OUT/half\" \"$OUT/../second\"; exec sleep 600; fi");
-  ReportQueue desk = bench.make();
-  const auto first = desk.post(command_of("FIC-101"));
-  desk.post(command_of("FIC-101"));
+  ReportQueue queue = bench.make();
+  const auto first = queue.post(command_of("FIC-101"));
+  queue.post(command_of("FIC-101"));
   const fs::path second = bench.settings.folder / "second";
-  REQUIRE(desk.run_next([&](milliseconds) { return fs::exists(second); }));
+  REQUIRE(queue.run_next([&](milliseconds) { return fs::exists(second); }));
   CHECK(bench.ended.empty());
-  const Report again = desk.of("FIC-101")->back();
+  const Report again = queue.of("FIC-101")->back();
   CHECK(again.state == State::waiting);
   CHECK(again.place == 1);
   CHECK_FALSE(fs::exists(bench.folder_of(again) / "half"));
-  REQUIRE(desk.run_next(go_on));
+  REQUIRE(queue.run_next(go_on));
   REQUIRE(bench.ended.size() == 1);
   CHECK(bench.ended.front().name == first->name);
   CHECK(bench.ended.front().state == State::done);
@@ -223,11 +223,11 @@ TEST_CASE("a report that is stopped restarts, before later ones", "[reports]") {
 
 TEST_CASE("the progress of a report is shown while it is made", "[reports]") {
   Bench bench("echo 'progress: what can be seen 41 %' >&2; echo note >&2; exec sleep 600");
-  ReportQueue desk = bench.make();
-  desk.post(command_of("FIC-101"));
+  ReportQueue queue = bench.make();
+  queue.post(command_of("FIC-101"));
   Report seen;
-  desk.run_next([&](milliseconds patience) {
-    seen = desk.of("FIC-101")->front();
+  queue.run_next([&](milliseconds patience) {
+    seen = queue.of("FIC-101")->front();
     go_on(patience);
     return !seen.doing.empty();
   });
@@ -238,15 +238,15 @@ TEST_CASE("the progress of a report is shown while it is made", "[reports]") {
 TEST_CASE("the newest reports of a loop are kept, and those that its loops use", "[reports]") {
   Bench bench("echo '<title>' > \"$OUT/report.html\"");
   bench.settings.kept = 2;
-  ReportQueue desk = bench.make();
+  ReportQueue queue = bench.make();
   std::vector<Report> made;
   for (const char* loop : {"FIC-101", "FIC-102", "FIC-101", "FIC-101", "FIC-101"}) {
-    made.push_back(*desk.post(command_of(loop)));
+    made.push_back(*queue.post(command_of(loop)));
     if (made.size() == 1) bench.in_use = bench.folder_of(made.front());
-    REQUIRE(desk.run_next(go_on));
+    REQUIRE(queue.run_next(go_on));
   }
-  CHECK(names(*desk.of("FIC-101")) == names(std::vector{made[4], made[3], made[0]}));
-  CHECK(names(*desk.of("FIC-102")) == names({made[1]}));
+  CHECK(names(*queue.of("FIC-101")) == names(std::vector{made[4], made[3], made[0]}));
+  CHECK(names(*queue.of("FIC-102")) == names({made[1]}));
   CHECK(fs::exists(bench.folder_of(made[0])));
   CHECK_FALSE(fs::exists(bench.folder_of(made[2])));
   CHECK(fs::exists(bench.folder_of(made[4])));
@@ -257,15 +257,15 @@ TEST_CASE("a restart knows the reports, and marks those that it ended as failed"
       "if [ $1 = survey ]; then echo x > \"$OUT/half\"; exec sleep 600; fi; echo "
       "'<title>' > \"$OUT/report.html\"; echo fine");
   {
-    ReportQueue desk = bench.make();
-    desk.post(command_of("FIC-101"));
-    REQUIRE(desk.run_next(go_on));
-    desk.post(command_of("FIC-101", Kind::survey));
-    desk.post(command_of("FIC-101", Kind::diagnose));
+    ReportQueue queue = bench.make();
+    queue.post(command_of("FIC-101"));
+    REQUIRE(queue.run_next(go_on));
+    queue.post(command_of("FIC-101", Kind::survey));
+    queue.post(command_of("FIC-101", Kind::diagnose));
     // As a daemon that is killed: what it leaves on the disk is what was there while it worked.
-    REQUIRE(desk.run_next([&](milliseconds patience) {
+    REQUIRE(queue.run_next([&](milliseconds patience) {
       go_on(patience);
-      const auto all = *desk.of("FIC-101");
+      const auto all = *queue.of("FIC-101");
       if (!fs::exists(bench.folder_of(all[1]) / "half")) return false;
       fs::copy(bench.settings.folder, bench.folder / "killed", fs::copy_options::recursive);
       return true;

@@ -160,7 +160,7 @@ struct Bench {
     for (int i = 0; i < 8; ++i) monitor->round();
   }
 
-  // The loop takes the order that has been given, which is this.
+  // Takes the given command as the loop does, and checks it.
   void answer(rt::MovesMode wish) {
     rt::Command order;
     REQUIRE(box.commands.try_pop(order));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The daemon's answers as metrics, and hosts' commands as orders.
+// The daemon's answers as metrics, and hosts' commands as requests.
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <map>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reports about orders that the daemon accepts, and about orders whose effect is unknown.
+// Reports about commands that the daemon accepts, and about commands whose effect is unknown.
 #include "services/edge/orders.hpp"
 
 #include <sys/socket.h>

@@ -22,7 +22,7 @@ json set_point(double value, double old) {
           {"confirm", {{"tag", "FIC-101"}, {"old", old}, {"new", value}}}};
 }
 
-// Declares sections in which an order is confirmed for another loop, or is not confirmed.
+// Declares sections in which a command is confirmed for another loop, or is not confirmed.
 bool spoils_confirmation(json& order) {
   SECTION("another tag") {
     order["confirm"]["tag"] = "FIC-102";
