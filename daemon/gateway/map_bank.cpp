@@ -149,7 +149,7 @@ Exception MapBank::check(std::vector<Wish>& wishes, MapValues& snapshot) {
     bool sound = true;
     // coils accept 0 and 1; the cycle checks the other conditions
     const Field field = wish.reg->field;
-    if (field == Field::wanted_mode) {
+    if (field == Field::wanted_mode || field == Field::unshelve_process || field == Field::calm) {
       sound = wish.value == 0.0 || wish.value == 1.0;
     } else if (field == Field::wanted_sp_scaled) {
       wish.value = from_scaled(wish.value, pv_range.low, pv_range.high);
@@ -161,8 +161,6 @@ Exception MapBank::check(std::vector<Wish>& wishes, MapValues& snapshot) {
       const alarm::Alarm& alarm = snapshot.loop(wish.loop).watch.alarms.alarm(alarm_of(*wish.reg));
       sound = wish.value >= 0.0 && wish.value * static_cast<double>(kMinute) <=
                                        static_cast<double>(alarm.settings().shelve_limit_ms);
-    } else if (field == Field::unshelve_process || field == Field::calm) {
-      sound = wish.value == 0.0 || wish.value == 1.0;
     }
     if (!sound) return Exception::illegal_value;
   }

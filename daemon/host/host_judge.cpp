@@ -38,7 +38,8 @@ void judge_certificates(const BoxLook& look, std::optional<bool>& found, std::st
       ending.push_back(one.file + " can't be read");
       continue;
     }
-    const double days = static_cast<double>(*one.ends_s - look.utc_ms / 1000) / (24.0 * 3600.0);
+    const std::int64_t remaining_s = *one.ends_s - look.utc_ms / 1000;
+    const double days = static_cast<double>(remaining_s) / (24.0 * 3600.0);
     if (days >= kCertificate_days) continue;
     ending.push_back(days < 0.0
                          ? one.file + " has ended"

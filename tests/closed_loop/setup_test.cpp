@@ -202,17 +202,21 @@ TEST_CASE("without a read-back, a person enters where the watchdog moved the val
 
 TEST_CASE("a key, and PV beyond its limits, end the wait for the output, which is restored",
           "[setup]") {
-  Plant plant(with(loop_text(), "recovery_delay: 0.3", "recovery_delay: 3"));
+  Plant plant(with(loop_text(), "recovery_delay: 0.3", "recovery_delay: 8"));
   plant.start();
   ScriptedPerson& person = plant.s.person;
   person.lines = {"FIC-101", "0.5", "2 8", "-1 9", "6"};
   const bool key = GENERATE(true, false);
   person.hears = [&](const std::string& text) {
     if (text.find("go out again") == std::string::npos) return;
+    // The output is lost again, and returns 8 s after its cause.
+    plant.device.command("restart 3");
+    REQUIRE(test::eventually([&] { return !plant.daemon.is("FIC-101", "fault", "none"); }));
     if (key) {
       person.next_key = 'x';
     } else {
       plant.device.command("pv 9.5");
+      REQUIRE(test::eventually([&] { return plant.daemon.loop("FIC-101").at("pv") == 9.5; }));
     }
   };
   CHECK_THROWS_WITH(setup::test_watchdog(plant.s.all),

@@ -18,7 +18,7 @@ namespace {
 template <class AnswerTo>
 std::string unit_of(const Question& asked, AnswerTo answer) {
   if (asked.unit == nullptr) return {};
-  const std::string unit = asked.unit;
+  std::string unit = asked.unit;
   if (unit == "s") return unit;
   const std::string known = answer(unit == "pv" ? "pv.unit" : "co.unit");
   return known.empty() ? known : known + (unit == "co/s" ? "/s" : "");

@@ -107,7 +107,7 @@ TEST_CASE("--weights: the same data make the same header; reversed labels make a
 TEST_CASE("--compare: measured and simulated loops, with and without an ingredient",
           "[studies][diagnose]") {
   const TemporaryFolder folder;
-  const std::string data = LOOPWARDEN_SOURCE_DIR "/data/";
+  const std::string data = LOOPWARDEN_SOURCE_DIR "/examples/";
   const std::string compare =
       "--records " + data + "isdb " + data + "routine --cases 100 --seed 3 --compare ";
   const ShellOutcome outcome =
