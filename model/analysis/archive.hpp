@@ -32,7 +32,7 @@
 // Errors: no exceptions; an unrecognised signal has the kind `none`, or `unknown` if values are
 // missing as in an archive but fit neither rule.
 //
-// Accuracy on the industrial records in examples/, thinned by both rules: the band is within 10 % if
+// Accuracy on industrial records (examples/), thinned by both rules: the band is within 10 % if
 // less than half of the values were stored. The deviation is within a factor of 0.5 to 1.5 if
 // values were stored immediately after each other, otherwise within a factor of three.
 //

@@ -23,7 +23,7 @@ constexpr std::size_t kFewestStemReversals = 4;
 constexpr std::size_t kMostCycleSamples = 6000;
 constexpr double kTurnBand = 0.3;       // share of the range of CO that a turn must exceed
 constexpr double kStemTurnBand = 0.02;  // share of the range of the stem
-// Set manually from the open records of examples/. For valves that don't stick, the lead was below 0,
+// Set manually from open records (examples/). For valves that don't stick, the lead was below 0,
 // or the lag reached its upper limit. For ten valves that stick, it was 86 to 764 nats in seven
 // cases and below 16 in three.
 constexpr double kLeastLead = 30.0;  // nats

@@ -2,13 +2,13 @@
 // Inverts the hysteresis of a valve: CO is set to the value at which the valve gives what the
 // controller requests (kind `hysteresis`).
 //
-//   with width:   u such that H(u) = v, H(u) = (1/n) sum p_i, p_i = clamp(p_i before, u - r_i, u + r_i),
-//                 r_i as in hysteresis_width.hpp, n = 12; u by bisection, 40 halvings. Where v is what
-//                 H stands at, u stays.
-//   with offset:  u = v - offset while v falls, v else: the inverse of hysteresis_offset.hpp
-//   v             what the law asks for, its reversals below noise_band left out
+//   with width:   u such that H(u) = v, by bisection with 40 halvings. u stays if H(u) = v already.
+//                 H(u) = (1/n) sum p_i,  p_i = clamp(p_i before, u - r_i, u + r_i)
+//                 r_i as in hysteresis_width.hpp, n = 12
+//   with offset:  u = v - offset while v falls, otherwise v: the inverse of hysteresis_offset.hpp
+//   v             request of the law, without reversals smaller than noise_band
 //
-//   u, v, p_i, r_i, width, offset  CO units     knee  see model/effects/hysteresis/hysteresis_width.hpp
+//   u, v, p_i, r_i, width, offset  CO units     knee  see effects/hysteresis/hysteresis_width.hpp
 //
 // Limits: the parameters are given, not adapted; the source's controller adapts them. A width that
 // is too large pushes the valve too far at each reversal. A knee near 1 makes u jump by the width,
