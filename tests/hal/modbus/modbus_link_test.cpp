@@ -358,6 +358,9 @@ TEST_CASE("a device that closes the connection after each reply works, and that 
   mb::ModbusLink link(settings, events.sink());
   Reader reader(link, {input(0, RegisterType::f32), input(30, RegisterType::u16)});
   REQUIRE(eventually([&] { return events.count(Kind::closes_connections) == 1; }));
+  // The connection that was being made while this was reported still has its own line.
+  const auto reported = reader.sample(1).sequence;
+  REQUIRE(eventually([&] { return reader.sample(1).sequence > reported + 1; }));
   const std::uint64_t reconnects = link.reconnects();
   const int lines = events.count(Kind::connected) + events.count(Kind::disconnected);
   const auto seen = reader.sample(1).sequence;
