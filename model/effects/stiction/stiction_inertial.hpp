@@ -64,6 +64,18 @@ class StictionInertial {
     return travel_.beyond(x_) ? stop_at_end() : x_;
   }
 
+  // Steps one period with `share` of the static friction, for a fit that takes the moments of the
+  // slips from a record.
+  double step_with_friction(double u, double share) noexcept {
+    const double own = static_friction_;
+    static_friction_ = share * own;
+    const double x = step(u);
+    static_friction_ = own;
+    return x;
+  }
+  bool at_rest() const noexcept { return v_ == 0.0; }
+  double position() const noexcept { return x_; }  // CO units
+
  private:
   // Steps a period in which the stem starts or stops.
   void start_or_stop(double u) noexcept;

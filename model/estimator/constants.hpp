@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+// Numbers that decide something, with unit and source. `lab/estimator_study` measures them.
+#pragma once
+
+#include <array>
+#include <cstddef>
+
+namespace loopwarden::estimator {
+
+struct Limits {
+  // Blocks (blocks.hpp). By hand: PV moves by a tenth of a step during a block.
+  double block_share = 0.1;           // of the time constant
+  std::size_t fewest_blocks = 600;
+  std::size_t most_blocks = 1500;
+  double least_noise = 2e-5;          // of the PV span
+
+  // Error (error_filter.hpp). Standard deviations over one answer time, of the PV span. A
+  // disturbance of 0.1 % per root second is 0.0023 on a loop of 5 s.
+  std::array<double, 7> disturbances{0.0, 3e-4, 7e-4, 1.3e-3, 2.1e-3, 3.2e-3, 5e-3};
+  std::array<double, 9> law_errors{1e-4, 4e-4, 1e-3, 2e-3, 4e-3, 8e-3, 1.6e-2, 3.2e-2, 6.4e-2};
+  double law_at_rest = 0.1;           // share of the law's variance while CO rests
+
+  // Priors: standard deviations of what is solved for (likelihood.hpp).
+  double uncertainty = 0.6;           // of the uncertainty that the model states
+  double changed_gain = 0.35;         // of the gain, for gain_change
+  double level = 0.002;               // of K times the CO span: a level that the model states
+  double free_level = 1.0;            // of the PV span: a level that it does not state
+  double start = 0.1;                 // of the PV span: state at the first sample
+  double solved = 0.06;               // of the PV span: rms in PV of a solved parameter
+  double wide = 0.3;                  // a larger uncertainty makes a time constant a coordinate
+
+  // Slips by PV (slips.hpp).
+  double early = 0.15;                // of fs: a slip that PV shows may be so much earlier
+  double friction_varies = 0.04;      // of fs: standard deviation from slip to slip
+  double least_jump = 0.004;          // of the CO span
+  double jump_noise = 6.0;            // standard deviations
+  std::array<double, 4> jitters{0.3, 0.1, 0.03, 0.0};  // of a jump: error of its moment
+  double healthy_friction = 0.003;    // of the CO span
+
+  // Search (population.hpp).
+  std::size_t members = 48;
+  std::size_t jumping_members = 96;
+  double kept = 0.4;                  // effective share of the members after a step
+
+  // Competition (competition.hpp), nats.
+  double first_lead = 5.0;            // Kass and Raftery (1995): very strong
+  double further_lead = 12.0;
+  double least_share = 0.05;          // of the gap, for a further effect
+
+  // Judgement (judgement.hpp).
+  std::size_t parts = 20;             // of the record
+  std::size_t draws = 400;            // of the bootstrap
+  double law_missing = 0.01;          // relative error of a parameter by the law
+  double floors = 2.5;                // remaining error of a right name, in floors
+};
+inline constexpr Limits kLimits{};
+
+}  // namespace loopwarden::estimator

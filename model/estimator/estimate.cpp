@@ -1,0 +1,281 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "model/estimator/estimate.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "model/estimator/constants.hpp"
+#include "model/estimator/slips.hpp"
+#include "model/numeric/statistics.hpp"
+#include "model/numeric/text.hpp"
+
+namespace loopwarden::estimator {
+namespace {
+
+using effects::Block;
+
+constexpr double kEndQuantile = 0.01;      // where the ends of PV are taken
+constexpr double kLeastMovement = 0.005;   // of the CO span: a valve that moves less shows nothing
+constexpr double kLeastEffect = 0.0015;    // of the PV span: a smaller effect does not matter
+
+std::vector<Candidate> catalogue_for(const Observed& observed, const LoopFacts& loop,
+                                     std::size_t fitted, const Options& options) {
+  const plant::LoopModel& model = loop.model;
+  const control::PidSettings& pid = model.controller.pid;
+  const auto end = observed.co.begin() + static_cast<std::ptrdiff_t>(fitted);
+  const auto [low, high] = std::minmax_element(observed.co.begin(), end);
+  std::vector<double> pv;
+  for (std::size_t k = 0; k < fitted; ++k) {
+    if (observed.used[k]) pv.push_back(observed.pv[k]);
+  }
+  std::vector<Candidate> all = effects::candidates(
+      {.output_low = pid.output_low,
+       .output_high = pid.output_high,
+       .output_used_low = *low,
+       .output_used_high = *high,
+       .pv_low = numeric::quantile(pv, kEndQuantile),
+       .pv_high = numeric::quantile(pv, 1.0 - kEndQuantile),
+       .period_s = observed.period_s,
+       .duration_s = observed.period_s * static_cast<double>(fitted),
+       .time_constant_s = loop.answer_s - model.process.dead_time_s,
+       .dead_time_s = model.process.dead_time_s});
+  const bool still = *high - *low < kLeastMovement * loop.co_span;
+  const bool level_free = !model.process.level || loop.wide || model.process.integrating();
+  std::erase_if(all, [&](const Candidate& c) {
+    const bool plant = c.block == Block::valve || c.block == Block::process;
+    return c.shown() || (plant && still) || (c.block == Block::valve && !model.has_valve) ||
+           (c.is_level && level_free) || (loop.wide && c.solves_gain) ||
+           std::find(options.without.begin(), options.without.end(), c.name) !=
+               options.without.end();
+  });
+  return all;
+}
+
+class Estimator {
+ public:
+  Estimator(const Observed& observed, const plant::LoopModel& model, const Options& options,
+            const numeric::ParallelFor& parallel)
+      : observed_(observed),
+        loop_(model),
+        fitted_(observed.pv.size() * 2 / 3),
+        noise_rms_(noise_of(observed, fitted_, 0.0, loop_.pv_span)),
+        run_(loop_, observed.co),
+        slips_(find_slips(observed, loop_, fitted_, noise_rms_)),
+        likelihood_(loop_, run_, observed, fitted_, noise_rms_, slips_.direction),
+        catalogue_(catalogue_for(observed, loop_, fitted_, options)),
+        competition_(compete(likelihood_, catalogue_, slips_,
+                             {.most_effects = options.most_effects}, parallel)) {}
+
+  Estimate answer() {
+    Estimate out;
+    out.noise_rms = noise_rms_;
+    out.evaluations = competition_.evaluations;
+    out.pv_before = base_run();
+    out.before = errors_of(out.pv_before);
+    std::vector<Fit>& fits = competition_.fits;
+    // Those that do nothing here that matters, or nothing that a simpler effect doesn't.
+    std::erase_if(fits, [&](const Fit& fit) {
+      return !fit.hypothesis.terms().empty() && !tells(fit, out.pv_before);
+    });
+    const std::vector<double> weight = weights(likelihood_, fits);
+    for (std::size_t i = 0; i < fits.size(); ++i) {
+      out.ranked.push_back(rank(fits[i], weight[i]));
+      out.posterior.emplace_back(fits[i].hypothesis.title(), weight[i]);
+    }
+    const Fit& chosen = choose(out);
+    out.pv_after = run_of(representative(chosen));
+    out.after = errors_of(out.pv_after);
+    out.floor = floor_of(chosen);
+    out.closed = closed(out.before.holdout, out.after.holdout);
+    if (chosen.hypothesis.terms().empty()) {
+      out.verdict = explained(out, competition_.none()) ? Verdict::no_gap : Verdict::unexplained;
+      return out;
+    }
+    if (!explained(out, chosen)) {
+      out.verdict = Verdict::unexplained;
+      out.pv_after = out.pv_before;
+      out.after = out.before;
+      return out;
+    }
+    out.verdict = Verdict::missing_effect;
+    name(out, chosen, weight);
+    return out;
+  }
+
+ private:
+  Errors errors_of(const std::vector<double>& pv) const {
+    const auto rms = [&](std::size_t begin, std::size_t end) {
+      double sum = 0.0;
+      double count = 0.0;
+      for (std::size_t k = begin; k < end; ++k) {
+        if (!observed_.used[k]) continue;
+        sum += (pv[k] - observed_.pv[k]) * (pv[k] - observed_.pv[k]);
+        count += 1.0;
+      }
+      return count > 0.0 ? std::sqrt(sum / count) : 0.0;
+    };
+    return {rms(0, fitted_), rms(fitted_, observed_.pv.size())};
+  }
+
+  std::vector<double> run_of(const Fit& fit) const {
+    return likelihood_.simulate(fit.hypothesis, fit.population.top().z, fit.solution,
+                                observed_.pv.size());
+  }
+
+  // The model without effects, within its uncertainty.
+  std::vector<double> base_run() const {
+    const Fit& none = competition_.none();
+    Fit within = none;
+    for (Eigen::Index i = 0; i < 4; ++i) {
+      const double most = likelihood_.allowed(static_cast<std::size_t>(i)) / kLimits.uncertainty;
+      within.solution.mean(i) = std::clamp(within.solution.mean(i), -most, most);
+    }
+    return run_of(within);
+  }
+
+  bool tells(const Fit& fit, const std::vector<double>& base) const {
+    const Point point = fit.hypothesis.at(fit.population.top().z);
+    constexpr double kLeastTelling = 0.005;  // of the samples
+    const std::span<const double> co(observed_.co.data(), fitted_);
+    for (std::size_t i = 0; i < fit.hypothesis.terms().size(); ++i) {
+      const Candidate& term = *fit.hypothesis.terms()[i];
+      if (term.telling != nullptr &&
+          term.telling(point.searched[i], co, observed_.period_s) < kLeastTelling) {
+        return false;
+      }
+      if (term.shows_place != nullptr && !term.shows_place(point.searched[i], co)) return false;
+    }
+    if (fit.score < competition_.none().score) return true;
+    const std::vector<double> pv = run_of(fit);
+    double sum = 0.0;
+    for (std::size_t k = 0; k < fitted_; ++k) sum += (pv[k] - base[k]) * (pv[k] - base[k]);
+    const double least = std::max(kLeastEffect * loop_.pv_span, 0.5 * noise_rms_);
+    return sum > least * least * static_cast<double>(fitted_);
+  }
+
+  Ranked rank(const Fit& fit, double weight) const {
+    Ranked out{fit.hypothesis.title(), fit.score, fit.log_likelihood(), weight, {}, {}, {}};
+    const Point point = fit.hypothesis.at(fit.population.top().z);
+    out.error = likelihood_.errors().size_at(
+        likelihood_.errors().index(point.disturbance, point.law));
+    const auto solved = fit.solution.solved(fit.hypothesis, likelihood_.fixed());
+    for (std::size_t i = 0; i < fit.hypothesis.terms().size(); ++i) {
+      for (const auto& [name, value] :
+           fit.hypothesis.terms()[i]->effect(point.searched[i], solved[i]).parameters) {
+        out.parameters += numeric::text(" %s %.4g", name.c_str(), value);
+      }
+    }
+    out.parameters += numeric::text(" | K' %.3f lnT %.3f L %.3f level %.3f wn %.1f zeta %.2f f %.3f jit %.2f",
+                                    fit.solution.gain(), fit.solution.mean(1),
+                                    fit.solution.mean(2), fit.solution.mean(3),
+                                    point.actuator_frequency, point.actuator_damping,
+                                    point.friction, point.jitter);
+    out.left = errors_of(run_of(fit));
+    return out;
+  }
+
+  // The best score, as long as each further effect is clearly shown.
+  const Fit& choose(const Estimate&) const {
+    const std::vector<Fit>& fits = competition_.fits;
+    const Fit* chosen = &competition_.none();
+    for (std::size_t effects = 1; effects <= 3; ++effects) {
+      const double lead = effects == 1 ? kLimits.first_lead : kLimits.further_lead;
+      for (const Fit& fit : fits) {
+        if (fit.hypothesis.terms().size() != effects) continue;
+        if (fit.score > chosen->score + lead && more_closed(fit, *chosen)) chosen = &fit;
+        break;
+      }
+    }
+    return *chosen;
+  }
+
+  // A further effect closes a share of the gap that matters.
+  bool more_closed(const Fit& more, const Fit& less) const {
+    if (less.hypothesis.terms().empty()) return true;
+    const double a = errors_of(run_of(representative(more))).training;
+    const double b = errors_of(run_of(representative(less))).training;
+    const double base = errors_of(base_run()).training;
+    return b * b - a * a >=
+           kLimits.least_share * std::max(0.0, base * base - noise_rms_ * noise_rms_);
+  }
+
+  // The law of a fit without slips by PV, searched near its posterior.
+  Fit representative(const Fit& fit) const {
+    if (!fit.hypothesis.jumps()) return fit;
+    Hypothesis law = fit.hypothesis.law_only();
+    Start start = Start::around(fit.population.members, fit.population.best, 1.5, 0.02, 1.0);
+    const auto jitter = static_cast<std::ptrdiff_t>(fit.hypothesis.layout().jitter);
+    start.mean.erase(start.mean.begin() + jitter);
+    start.deviation.erase(start.deviation.begin() + jitter);
+    Likelihood::Work work;
+    Fit out{law, search(likelihood_, law, start, {64, 2, 3}, 11, work), {}, fit.score};
+    likelihood_.of(law, out.population.top().z, work, &out.solution);
+    return out;
+  }
+
+  double closed(double before, double after) const {
+    const double gap = before * before - noise_rms_ * noise_rms_;
+    return gap > 0.0 ? (before * before - after * after) / gap : 0.0;
+  }
+
+  // Noise, the disturbance and the law's own error of a free run, PV units.
+  double floor_of(const Fit& fit) const {
+    const Point point = fit.hypothesis.at(fit.population.top().z);
+    const ErrorSize size =
+        likelihood_.errors().size_at(likelihood_.errors().index(point.disturbance, point.law));
+    const double returns_s = std::min(300.0, likelihood_.blocks().duration_s());
+    const double disturbance = size.disturbance * std::sqrt(0.5 * returns_s);
+    return std::sqrt(noise_rms_ * noise_rms_ + disturbance * disturbance + size.law * size.law);
+  }
+
+  bool explained(const Estimate& out, const Fit& fit) const {
+    const double left = fit.hypothesis.terms().empty() ? out.before.holdout : out.after.holdout;
+    return left <= kLimits.floors * out.floor || left <= kLeastEffect * loop_.pv_span;
+  }
+
+  void name(Estimate& out, const Fit& chosen, const std::vector<double>& weight) const {
+    const auto within = intervals(likelihood_, chosen);
+    const Point point = chosen.hypothesis.at(chosen.population.top().z);
+    const auto solved = chosen.solution.solved(chosen.hypothesis, likelihood_.fixed());
+    for (std::size_t i = 0; i < chosen.hypothesis.terms().size(); ++i) {
+      const Candidate& term = *chosen.hypothesis.terms()[i];
+      double confidence = 0.0;
+      for (std::size_t h = 0; h < weight.size(); ++h) {
+        if (competition_.fits[h].hypothesis.contains(term.name)) confidence += weight[h];
+      }
+      out.effects.push_back({term.effect(point.searched[i], solved[i]), term.block,
+                             std::min(confidence, 0.99), within[i]});
+    }
+    out.corrected = run_.corrected(chosen.hypothesis, point, chosen.solution.gain(),
+                                   chosen.solution.mean(3), solved);
+  }
+
+  const Observed& observed_;
+  LoopFacts loop_;
+  std::size_t fitted_;
+  double noise_rms_;
+  LoopRun run_;
+  Slips slips_;
+  Likelihood likelihood_;
+  std::vector<Candidate> catalogue_;
+  Competition competition_;
+};
+
+}  // namespace
+
+const char* to_text(Verdict verdict) noexcept {
+  switch (verdict) {
+    case Verdict::no_gap: return "no_gap";
+    case Verdict::missing_effect: return "missing_effect";
+    case Verdict::unexplained: return "unexplained";
+  }
+  return "";
+}
+
+Estimate estimate(const Observed& observed, const plant::LoopModel& model,
+                  const Options& options, const numeric::ParallelFor& parallel) {
+  return Estimator(observed, model, options, parallel).answer();
+}
+
+}  // namespace loopwarden::estimator

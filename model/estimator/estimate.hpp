@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+// One engine for a fit of a loop to a record: which effects does this model lack?
+//
+//   blocks, loop_run   the record and the free run of a hypothesis under the measured CO
+//   likelihood         everything linear integrated out, with noise, disturbance and law error
+//   population         the search of one hypothesis
+//   competition        singles, pairs and triples
+//   judgement          weights, intervals and absolute fit
+//
+// The first two thirds of the record are fitted; the last third proves. The same record and model
+// give the same bits on any number of threads. docs/math/estimator.md explains the method.
+#pragma once
+
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "model/effects/effect_spec.hpp"
+#include "model/estimator/blocks.hpp"
+#include "model/estimator/judgement.hpp"
+#include "model/numeric/parallel.hpp"
+#include "model/plant/loop_model.hpp"
+
+namespace loopwarden::estimator {
+
+struct Options {
+  std::vector<std::string> without{};  // names that are not given
+  std::size_t most_effects = 3;
+};
+
+enum class Verdict : std::uint8_t { no_gap, missing_effect, unexplained };
+const char* to_text(Verdict verdict) noexcept;
+
+struct Found {
+  effects::EffectSpec spec;
+  effects::Block block = effects::Block::valve;
+  double confidence = 0.0;
+  std::map<std::string, Interval> intervals;
+};
+
+struct Errors {
+  double training = 0.0;  // PV units, rms of the free run
+  double holdout = 0.0;
+};
+
+// One hypothesis, for the report.
+struct Ranked {
+  std::string title;
+  double score = 0.0;           // nats
+  double log_likelihood = 0.0;  // nats
+  double weight = 0.0;
+  Errors left;
+  ErrorSize error;
+  std::string parameters;
+};
+
+struct Estimate {
+  Verdict verdict = Verdict::no_gap;
+  std::vector<Found> effects;
+  // Hypotheses by probability; "unnamed": none of the catalogue. The sum is 1.
+  std::vector<std::pair<std::string, double>> posterior;
+  std::vector<Ranked> ranked;
+  Errors before, after;
+  double noise_rms = 0.0;  // PV units
+  double floor = 0.0;      // PV units: noise, disturbance and law
+  double closed = 0.0;     // share of the gap, last third
+  std::size_t evaluations = 0;
+  std::vector<double> pv_before, pv_after;  // PV units
+  plant::LoopModel corrected;
+};
+
+// `model`: at the period of the record. `resolution`: of the transmitter, PV units.
+Estimate estimate(const Observed& observed, const plant::LoopModel& model,
+                  const Options& options, const numeric::ParallelFor& parallel);
+
+}  // namespace loopwarden::estimator

@@ -1,0 +1,159 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "model/estimator/hypothesis.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <string_view>
+
+#include "model/estimator/constants.hpp"
+
+namespace loopwarden::estimator {
+namespace {
+
+std::size_t bin_of(double z, std::size_t bins) noexcept {
+  const auto bin = static_cast<std::size_t>(std::clamp(z, 0.0, 1.0) * static_cast<double>(bins));
+  return std::min(bin, bins - 1);
+}
+
+effects::SearchRange actuator_frequency(const plant::LoopModel& model) {
+  const double fastest = 0.9 * std::numbers::pi / model.sample_time_s;
+  const double slow_s = std::max(plant::answer_s(model), model.sample_time_s);
+  const double slowest = 1.0 / std::min(effects::kFastActuator_s, effects::kFastActuator * slow_s);
+  return {"natural_frequency", std::min(slowest, 0.5 * fastest), fastest, true, 1};
+}
+
+}  // namespace
+
+LoopFacts::LoopFacts(const plant::LoopModel& given)
+    : model(given),
+      wide(!given.process.integrating() &&
+           (given.uncertainty.gain > kLimits.wide ||
+            given.uncertainty.time_constant > kLimits.wide)),
+      answer_s(std::max(plant::answer_s(given), given.sample_time_s)),
+      pv_span(given.transmitter.span()),
+      co_span(given.controller.pid.output_span()),
+      damping{"damping", 0.05, 2.0, true, 1},
+      frequency(actuator_frequency(given)),
+      friction{"friction", 1e-4 * co_span, kLimits.healthy_friction * co_span, true, 1},
+      time_factor{"time_constant", 0.25, 4.0, true, 1},
+      dead_factor{"dead_time", 0.1, 4.0, true, 1} {}
+
+Hypothesis::Hypothesis(const LoopFacts& loop, Terms terms)
+    : loop_(&loop), terms_(std::move(terms)) {
+  std::size_t next = 0;
+  for (std::size_t i = 0; i < terms_.size(); ++i) {
+    next += terms_[i]->search.size();
+    if (terms_[i]->slips) sticking_ = i;
+    jumps_ = jumps_ || (terms_[i]->block == effects::Block::valve && !terms_[i]->smooth);
+  }
+  layout_.own = next;
+  layout_.process = next;
+  if (loop.wide) next += 2;
+  layout_.actuator = next;
+  if (loop.model.has_valve) next += 3;
+  layout_.jitter = next;
+  if (jumps_) next += 1;
+  layout_.error = next;
+  layout_.size = next + 2;
+}
+
+bool Hypothesis::changes_gain() const noexcept {
+  return std::any_of(terms_.begin(), terms_.end(),
+                     [](const Candidate* t) { return t->solves_gain; });
+}
+
+Hypothesis Hypothesis::law_only() const {
+  Hypothesis out = *this;
+  if (!jumps()) return out;
+  out.by_law_ = true;
+  --out.layout_.error;
+  --out.layout_.size;
+  return out;
+}
+
+Point Hypothesis::at(std::span<const double> z) const {
+  Point p;
+  std::size_t next = 0;
+  for (const Candidate* term : terms_) {
+    std::vector<double> values;
+    values.reserve(term->search.size());
+    for (const effects::SearchRange& range : term->search) values.push_back(range.value(z[next++]));
+    if (term->starts_offset()) p.start_offset += values.back() * term->resting_half_band(values);
+    p.searched.push_back(std::move(values));
+  }
+  const plant::ProcessParameters& process = loop_->model.process;
+  p.time_constant_s = process.time_constant_s;
+  p.dead_time_s = process.dead_time_s;
+  if (loop_->wide) {
+    p.time_constant_s *= loop_->time_factor.value(z[layout_.process]);
+    p.dead_time_s *= loop_->dead_factor.value(z[layout_.process + 1]);
+  }
+  if (loop_->model.has_valve) {
+    p.actuator_damping = loop_->damping.value(z[layout_.actuator]);
+    // An overdamped actuator must be stiffer to be as fast.
+    p.actuator_frequency = std::min(loop_->frequency.value(z[layout_.actuator + 1]) *
+                                        std::max(1.0, 2.0 * p.actuator_damping),
+                                    loop_->frequency.high);
+    p.friction = loop_->friction.value(z[layout_.actuator + 2]);
+    // The measured dead time contains the delay of the actuator.
+    p.dead_time_s =
+        std::max(0.0, p.dead_time_s - 2.0 * p.actuator_damping / p.actuator_frequency);
+  }
+  if (jumps()) p.jitter = kLimits.jitters[bin_of(z[layout_.jitter], kLimits.jitters.size())];
+  p.disturbance = bin_of(z[layout_.error], kLimits.disturbances.size());
+  p.law = bin_of(z[layout_.error + 1], kLimits.law_errors.size());
+  return p;
+}
+
+std::size_t Hypothesis::first_of(std::size_t term) const noexcept {
+  std::size_t first = 0;
+  for (std::size_t i = 0; i < term; ++i) first += terms_[i]->search.size();
+  return first;
+}
+
+double Hypothesis::parameters() const noexcept {
+  double count = 0.0;
+  for (const Candidate* term : terms_) count += term->parameters;
+  return count;
+}
+
+double Hypothesis::handicap() const noexcept {
+  double nats = 0.0;
+  for (const Candidate* term : terms_) nats += term->prior_nats;
+  return nats;
+}
+
+std::vector<std::string> Hypothesis::names() const {
+  std::vector<std::string> names;
+  for (const Candidate* term : terms_) names.emplace_back(term->name);
+  return names;
+}
+
+std::string Hypothesis::title() const {
+  std::string text;
+  for (const Candidate* term : terms_) text += (text.empty() ? "" : "+") + std::string(term->name);
+  return text.empty() ? "none" : text;
+}
+
+bool Hypothesis::contains(std::string_view name) const noexcept {
+  return std::any_of(terms_.begin(), terms_.end(),
+                     [&](const Candidate* t) { return name == t->name; });
+}
+
+bool compatible(const Candidate& a, const Candidate& b) {
+  if (std::string_view(a.name) == b.name) return false;
+  if (a.friction && b.friction) return false;
+  const auto is = [&](std::string_view x, std::string_view y) {
+    return (x == a.name && y == b.name) || (x == b.name && y == a.name);
+  };
+  // Two shapes of the same curve of PV over CO.
+  return !is("valve_characteristic", "gain_change") && !is("valve_characteristic", "output_bias") &&
+         !is("valve_characteristic", "leakage") && !is("leakage", "output_bias") &&
+         !is("leakage", "gain_change") && !is("varying_gain", "gain_change") &&
+         !is("drift", "ramp_disturbance") && !is("step_disturbance", "ramp_disturbance") &&
+         !is("oscillating_disturbance", "square_disturbance") &&
+         !is("intermittent_stiction", "stiction");
+}
+
+}  // namespace loopwarden::estimator

@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "model/estimator/judgement.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "model/estimator/constants.hpp"
+#include "model/numeric/random.hpp"
+#include "model/numeric/statistics.hpp"
+
+namespace loopwarden::estimator {
+namespace {
+
+using numeric::Random;
+
+// Log-likelihood of each part of the record.
+std::vector<double> of_parts(const Eigen::VectorXd& innovations,
+                             const Eigen::VectorXd& log_scales) {
+  std::vector<double> parts(kLimits.parts, 0.0);
+  const auto count = static_cast<std::size_t>(innovations.size());
+  for (std::size_t k = 0; k < count; ++k) {
+    const auto i = static_cast<Eigen::Index>(k);
+    parts[k * kLimits.parts / count] -=
+        0.5 * innovations(i) * innovations(i) + log_scales(i);
+  }
+  return parts;
+}
+
+// A draw from N(mean, covariance).
+Eigen::VectorXd draw(const Eigen::VectorXd& mean, const Eigen::MatrixXd& covariance,
+                     Random& random) {
+  Eigen::VectorXd normal(mean.size());
+  for (Eigen::Index i = 0; i < normal.size(); ++i) normal(i) = random.normal();
+  const Eigen::LDLT<Eigen::MatrixXd> factor(covariance);
+  const Eigen::VectorXd scale = factor.vectorD().cwiseMax(0.0).cwiseSqrt();
+  Eigen::VectorXd out = factor.matrixL() * scale.cwiseProduct(normal).eval();
+  out = factor.transpositionsP().transpose() * out;
+  return mean + out;
+}
+
+}  // namespace
+
+std::vector<double> weights(const Likelihood&, const std::vector<Fit>& fits) {
+  std::vector<std::vector<double>> parts;
+  for (const Fit& fit : fits) {
+    std::vector<double>& own =
+        parts.emplace_back(of_parts(fit.solution.innovations, fit.solution.log_scales));
+    double sum = 0.0;
+    for (const double v : own) sum += v;
+    // What is not of one part, such as the penalty, is shared by all.
+    for (double& v : own) v += (fit.score - sum) / static_cast<double>(kLimits.parts);
+  }
+  std::vector<double> weight(fits.size(), 0.0);
+  Random random(1);
+  std::vector<double> score(fits.size());
+  for (std::size_t d = 0; d < kLimits.draws; ++d) {
+    std::vector<double> share(kLimits.parts);
+    double sum = 0.0;
+    for (double& g : share) sum += g = -std::log(random.uniform());
+    for (double& g : share) g *= static_cast<double>(kLimits.parts) / sum;
+    double top = -1e300;
+    for (std::size_t h = 0; h < fits.size(); ++h) {
+      score[h] = 0.0;
+      for (std::size_t b = 0; b < kLimits.parts; ++b) score[h] += share[b] * parts[h][b];
+      top = std::max(top, score[h]);
+    }
+    double total = 0.0;
+    for (double& s : score) total += s = std::exp(s - top);
+    for (std::size_t h = 0; h < fits.size(); ++h) {
+      weight[h] += score[h] / total / static_cast<double>(kLimits.draws);
+    }
+  }
+  return weight;
+}
+
+std::vector<std::map<std::string, Interval>> intervals(const Likelihood& likelihood,
+                                                       const Fit& fit) {
+  const Terms& terms = fit.hypothesis.terms();
+  std::vector<std::map<std::string, std::vector<double>>> samples(terms.size());
+  std::vector<std::vector<double>> parts;
+  Random random(7);
+  Likelihood::Work work;
+  for (const Member& member : fit.population.members) {
+    Solution solution;
+    likelihood.of(fit.hypothesis, member.z, work, &solution);
+    if (solution.mean.size() == 0) continue;
+    const Eigen::VectorXd drawn = draw(solution.mean, solution.covariance, random);
+    solution.innovations -= solution.design * (drawn - solution.mean);
+    solution.mean = drawn;
+    parts.push_back(of_parts(solution.innovations, solution.log_scales));
+    const Point point = fit.hypothesis.at(member.z);
+    const auto solved = solution.solved(fit.hypothesis, likelihood.fixed());
+    for (std::size_t i = 0; i < terms.size(); ++i) {
+      for (const auto& [name, value] : terms[i]->effect(point.searched[i], solved[i]).parameters) {
+        samples[i][name].push_back(value);
+      }
+    }
+  }
+  const Point best = fit.hypothesis.at(fit.population.top().z);
+  const auto best_solved = fit.solution.solved(fit.hypothesis, likelihood.fixed());
+  std::vector<std::map<std::string, Interval>> out(terms.size());
+  const auto count = static_cast<double>(parts.size());
+  const auto part_count = static_cast<double>(kLimits.parts);
+  for (std::size_t i = 0; i < terms.size(); ++i) {
+    const auto spec = terms[i]->effect(best.searched[i], best_solved[i]);
+    for (auto& [name, values] : samples[i]) {
+      const auto value = spec.parameters.find(name);
+      if (value == spec.parameters.end() || values.size() != parts.size()) continue;
+      const double mean = numeric::mean(values);
+      std::vector<double> influence(kLimits.parts, 0.0);
+      double sum = 0.0;
+      for (std::size_t b = 0; b < kLimits.parts; ++b) {
+        double l = 0.0;
+        for (const auto& part : parts) l += part[b] / count;
+        for (std::size_t m = 0; m < parts.size(); ++m) {
+          influence[b] += (values[m] - mean) * (parts[m][b] - l) / count;
+        }
+        sum += influence[b];
+      }
+      double square = 0.0;
+      for (const double v : influence) {
+        square += (v - sum / part_count) * (v - sum / part_count);
+      }
+      const double of_records = square * part_count / (part_count - 1.0);
+      double variance = std::max(numeric::variance(values), of_records);
+      // The gain of the model is uncertain, too, and so is the law.
+      if (terms[i]->solves_gain) {
+        variance += std::pow(likelihood.allowed(0) * value->second, 2.0);
+      }
+      variance += std::pow(kLimits.law_missing * value->second, 2.0);
+      const double half = 1.96 * std::sqrt(variance);
+      out[i][name] = {value->second, {value->second - half, value->second + half}};
+    }
+  }
+  return out;
+}
+
+}  // namespace loopwarden::estimator

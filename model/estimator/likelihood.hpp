@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: Apache-2.0
+// Log-likelihood of the coordinates of a hypothesis, with everything integrated out on which PV
+// depends linearly.
+//
+//   r = W (PV - offset - z)    B = W [z, zT, zL, level, decays, c_i]    W  ErrorFilter of (q, c)
+//   beta ~ N(0, D^2)   D  deviations by the uncertainty of the model (K' counts from 1)
+//   log L = -1/2 (r'r - v' Q^-1 v + log det Q + log_determinant) - penalty of the slips
+//   Q = I + D B'B D,  v = D B'r,   beta | PV ~ N(D Q^-1 v, D Q^-1 D)
+//
+// Constants that all hypotheses share are left out. docs/math/estimator.md has the derivation.
+#pragma once
+
+#include <Eigen/Dense>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "model/estimator/blocks.hpp"
+#include "model/estimator/error_filter.hpp"
+#include "model/estimator/hypothesis.hpp"
+#include "model/estimator/loop_run.hpp"
+
+namespace loopwarden::estimator {
+
+// What the record says about the linear parameters at one point.
+struct Solution {
+  double log_likelihood = 0.0;  // nats
+  Eigen::VectorXd mean;         // K' - 1, ln T, dead time (s), level, decays, solved parameters
+  Eigen::MatrixXd covariance;
+  Eigen::MatrixXd design;       // the columns after the filter, in the order of the mean
+  Eigen::VectorXd innovations;  // of each block, over their deviation, at the mean
+  Eigen::VectorXd log_scales;   // log of their deviation in PV units; 0 for a missing block
+
+  double gain() const { return 1.0 + mean(0); }  // K'
+  // Solved parameters of each effect.
+  std::vector<std::vector<double>> solved(const Hypothesis& hypothesis, std::size_t fixed) const;
+};
+
+class Likelihood {
+ public:
+  // Uses the first `samples` samples. `slips`: of find_slips(), may be empty. All arguments must
+  // outlive it.
+  Likelihood(const LoopFacts& loop, const LoopRun& run, const Observed& observed,
+             std::size_t samples, double noise_rms, std::span<const std::int8_t> slips);
+
+  // Buffers of one thread.
+  struct Work {
+    std::vector<double> columns[3];
+    std::vector<double> stem;
+    std::vector<std::vector<double>> solved;
+    std::vector<std::vector<double>> means;  // of columns and solved parameters over blocks
+    Eigen::MatrixXd white;
+    std::size_t evaluations = 0;
+  };
+  double of(const Hypothesis& hypothesis, std::span<const double> z, Work& work,
+            Solution* solution = nullptr) const;
+
+  // PV of the first `samples` samples of the free run, with the law's own slips.
+  std::vector<double> simulate(const Hypothesis& hypothesis, std::span<const double> z,
+                               const Solution& solution, std::size_t samples) const;
+
+  const LoopFacts& loop() const noexcept { return loop_; }
+  const LoopRun& run() const noexcept { return run_; }
+  const Blocks& blocks() const noexcept { return blocks_; }
+  const ErrorGrid& errors() const noexcept { return errors_; }
+  double noise_rms() const noexcept { return noise_rms_; }
+  std::size_t fixed() const noexcept { return fixed_.size(); }
+  // Largest values that the model's own uncertainty allows to K' - 1, ln T, dead time and level.
+  double allowed(std::size_t column) const noexcept { return prior_[column]; }
+
+ private:
+  struct White {  // PV and the fixed columns after a filter
+    Eigen::MatrixXd columns;  // fixed ones, then PV
+  };
+  double prior_of(const Hypothesis& hypothesis, std::size_t column) const noexcept;
+  void add_jumps(const Point& point, const std::vector<double>& stem,
+                 std::vector<double>& variance) const;
+
+  const LoopFacts& loop_;
+  const LoopRun& run_;
+  double noise_rms_;
+  Blocks blocks_;
+  ErrorGrid errors_;
+  std::span<const std::int8_t> slips_;
+  std::vector<double> pv_;                   // means, offset taken off
+  std::vector<std::vector<double>> fixed_;   // means of the level and the decays
+  std::vector<double> prior_;                // deviations of K', ln T, dead time and fixed ones
+  std::vector<White> white_;                 // by filter
+};
+
+}  // namespace loopwarden::estimator
