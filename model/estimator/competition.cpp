@@ -12,7 +12,7 @@
 namespace loopwarden::estimator {
 namespace {
 
-constexpr std::size_t kPolished = 4;        // singles that are searched again
+constexpr std::size_t kPolished = 6;        // singles that are searched again
 constexpr std::size_t kParents = 3;         // singles from which pairs grow
 constexpr std::size_t kChildren = 3;        // pairs of each that are searched
 constexpr double kParentLead = 8.0;         // nats above the model
@@ -40,9 +40,9 @@ Effort effort_of(const Hypothesis& hypothesis) {
   }
   const bool hard = hypothesis.jumps() || own > 2 || (moment && own > 1);
   return {.members = hypothesis.sticking() != Hypothesis::npos ? kLimits.jumping_members
-                     : hard                                    ? std::size_t{64}
+                     : hard                                    ? 3 * kLimits.members / 2
                                                                : kLimits.members,
-          .moves = own == 0 && !hypothesis.wide() ? 1 : 2,
+          .moves = 1,
           .first = moment ? std::size_t{6} : std::size_t{4}};
 }
 

@@ -14,7 +14,7 @@ namespace {
 using effects::Block;
 using effects::EffectSpec;
 
-constexpr double kStep = 1e-3;  // of ln T, and of the answer time for the dead time
+constexpr double kStep = 1e-3;  // of ln T, for the derivative
 
 effects::EffectChain chain_of(std::span<const EffectSpec> specs, Block block,
                               const effects::EffectContext& context) {
@@ -194,22 +194,23 @@ double LoopRun::run(const Hypothesis& hypothesis, const Point& point, std::size_
     behind.run(moves, 0.0, h);
   }
 
-  // Process, with the derivatives by differences of its own response.
+  // Process, with the derivatives by differences of its own response. A later response is the same
+  // one, a sample later.
   plant::ProcessParameters process = loop_.model.process;
   process.time_constant_s = point.time_constant_s;
   process.dead_time_s = effects::takes_dead_time(process_effects) ? 0.0 : point.dead_time_s;
   plant::ProcessParameters slower = process;
   slower.time_constant_s *= 1.0 + kStep;
-  plant::ProcessParameters later = process;
-  const double step_s = kStep * loop_.answer_s;
-  later.dead_time_s += step_s;
-  const std::vector<double> driving = flow;
-  respond(slower, driving, h, columns[Columns::kLag]);
-  respond(later, driving, h, columns[Columns::kDeadTime]);
-  respond(process, driving, h, columns[Columns::kGain]);
-  for (std::size_t k = 0; k < samples; ++k) {
-    columns[Columns::kLag][k] = (columns[Columns::kLag][k] - columns[0][k]) / kStep;
-    columns[Columns::kDeadTime][k] = (columns[Columns::kDeadTime][k] - columns[0][k]) / step_s;
+  respond(slower, flow, h, columns[Columns::kLag]);
+  respond(process, flow, h, flow);
+  const std::vector<double>& z = columns[Columns::kGain];
+  std::vector<double>& later = columns[Columns::kDeadTime];
+  later.resize(samples);
+  later[0] = 0.0;
+  columns[Columns::kLag][0] = 0.0;
+  for (std::size_t k = 1; k < samples; ++k) {
+    columns[Columns::kLag][k] = (columns[Columns::kLag][k] - z[k]) / kStep;
+    later[k] = (z[k - 1] - z[k]) / h;
   }
   effects::EffectChain shown = chain_of(transmitter_effects, Block::transmitter, context);
   for (auto& column : columns) {

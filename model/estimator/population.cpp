@@ -184,17 +184,24 @@ class Search {
   std::vector<Member> members_;
 };
 
-// The best sizes of the error for one member.
+// The member with better sizes of the error, by steps to the neighbours on the grid.
 Member with_best_error(const Likelihood& likelihood, const Hypothesis& hypothesis, Member member,
                        Likelihood::Work& work) {
   const std::size_t error = hypothesis.layout().error;
-  std::vector<double> z = member.z;
-  for (std::size_t q = 0; q < likelihood.errors().disturbances(); ++q) {
-    for (std::size_t c = 0; c < likelihood.errors().laws(); ++c) {
-      z[error] = Hypothesis::middle(q, likelihood.errors().disturbances());
-      z[error + 1] = Hypothesis::middle(c, likelihood.errors().laws());
-      const double l = likelihood.of(hypothesis, z, work);
-      if (l > member.log_likelihood) member = {z, l};
+  const std::array<double, 2> step{1.0 / static_cast<double>(likelihood.errors().disturbances()),
+                                   1.0 / static_cast<double>(likelihood.errors().laws())};
+  for (bool moved = true; moved;) {
+    moved = false;
+    for (std::size_t i = 0; i < 2; ++i) {
+      for (const double way : {-step[i], step[i]}) {
+        std::vector<double> z = member.z;
+        z[error + i] += way;
+        if (z[error + i] < 0.0 || z[error + i] > 1.0) continue;
+        const double l = likelihood.of(hypothesis, z, work);
+        if (l <= member.log_likelihood + 0.01) continue;
+        member = {std::move(z), l};
+        moved = true;
+      }
     }
   }
   return member;
