@@ -43,7 +43,7 @@ void Blocks::average(std::span<const double> signal, std::span<double> means) co
 std::size_t block_length(double time_constant_s, double period_s, std::size_t samples) {
   const double wanted = kLimits.block_share * time_constant_s / period_s;
   const std::size_t most = std::max<std::size_t>(1, samples / kLimits.fewest_blocks);
-  const std::size_t least = samples / kLimits.most_blocks + 1;
+  const std::size_t least = (samples + kLimits.most_blocks - 1) / kLimits.most_blocks;
   const auto length = static_cast<std::size_t>(std::clamp(std::floor(wanted + 0.5), 1.0, 1e6));
   return std::max(std::min(length, most), least);
 }

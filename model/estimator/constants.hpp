@@ -11,7 +11,7 @@ struct Limits {
   // Blocks (blocks.hpp). By hand: PV moves by a tenth of a step during a block.
   double block_share = 0.1;           // of the time constant
   std::size_t fewest_blocks = 600;
-  std::size_t most_blocks = 1500;
+  std::size_t most_blocks = 2000;
   double least_noise = 2e-5;          // of the PV span
 
   // Error (error_filter.hpp). Standard deviations over one answer time, of the PV span. A
@@ -45,12 +45,14 @@ struct Limits {
   // Competition (competition.hpp), nats.
   double first_lead = 5.0;            // Kass and Raftery (1995): very strong
   double further_lead = 12.0;
+  double least_t = 1.7;               // of the lead over the parts of the record
   double least_share = 0.05;          // of the gap, for a further effect
 
   // Judgement (judgement.hpp).
   std::size_t parts = 20;             // of the record
   std::size_t draws = 400;            // of the bootstrap
   double law_missing = 0.01;          // relative error of a parameter by the law
+  double law_share = 0.15;            // of the gap: the most that the law's own error may be
   double floors = 2.5;                // remaining error of a right name, in floors
 };
 inline constexpr Limits kLimits{};

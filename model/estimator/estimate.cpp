@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "model/estimator/constants.hpp"
+#include "model/estimator/flexible.hpp"
 #include "model/estimator/slips.hpp"
 #include "model/numeric/statistics.hpp"
 #include "model/numeric/text.hpp"
@@ -18,6 +19,12 @@ using effects::Block;
 constexpr double kEndQuantile = 0.01;      // where the ends of PV are taken
 constexpr double kLeastMovement = 0.005;   // of the CO span: a valve that moves less shows nothing
 constexpr double kLeastEffect = 0.0015;    // of the PV span: a smaller effect does not matter
+
+// A gain, a dead time or a lag that a model without knowledge of the process can't miss.
+bool changes_process(const Candidate& c) {
+  const std::string_view name = c.name;
+  return c.solves_gain || name == "extra_dead_time" || name == "extra_lag";
+}
 
 std::vector<Candidate> catalogue_for(const Observed& observed, const LoopFacts& loop,
                                      std::size_t fitted, const Options& options) {
@@ -45,7 +52,7 @@ std::vector<Candidate> catalogue_for(const Observed& observed, const LoopFacts& 
   std::erase_if(all, [&](const Candidate& c) {
     const bool plant = c.block == Block::valve || c.block == Block::process;
     return c.shown() || (plant && still) || (c.block == Block::valve && !model.has_valve) ||
-           (c.is_level && level_free) || (loop.wide && c.solves_gain) ||
+           (c.is_level && level_free) || (loop.wide && changes_process(c)) ||
            std::find(options.without.begin(), options.without.end(), c.name) !=
                options.without.end();
   });
@@ -78,7 +85,7 @@ class Estimator {
     std::erase_if(fits, [&](const Fit& fit) {
       return !fit.hypothesis.terms().empty() && !tells(fit, out.pv_before);
     });
-    const std::vector<double> weight = weights(likelihood_, fits);
+    const std::vector<double> weight = weights(fits);
     for (std::size_t i = 0; i < fits.size(); ++i) {
       out.ranked.push_back(rank(fits[i], weight[i]));
       out.posterior.emplace_back(fits[i].hypothesis.title(), weight[i]);
@@ -86,8 +93,12 @@ class Estimator {
     const Fit& chosen = choose(out);
     out.pv_after = run_of(representative(chosen));
     out.after = errors_of(out.pv_after);
-    out.floor = floor_of(chosen);
+    out.floor = floor_of(chosen, out.before.holdout);
     out.closed = closed(out.before.holdout, out.after.holdout);
+    const Flexible flexible = flexible_law(likelihood_, chosen, observed_.pv.size());
+    out.flexible = flexible.family;
+    out.flexible_lead = flexible.lead;
+    if (!flexible.pv.empty()) out.with_flexible = errors_of(flexible.pv);
     if (chosen.hypothesis.terms().empty()) {
       out.verdict = explained(out, competition_.none()) ? Verdict::no_gap : Verdict::unexplained;
       return out;
@@ -183,11 +194,22 @@ class Estimator {
       const double lead = effects == 1 ? kLimits.first_lead : kLimits.further_lead;
       for (const Fit& fit : fits) {
         if (fit.hypothesis.terms().size() != effects) continue;
-        if (fit.score > chosen->score + lead && more_closed(fit, *chosen)) chosen = &fit;
+        if (fit.score > chosen->score + lead && shown_throughout(fit, *chosen) &&
+            more_closed(fit, *chosen)) {
+          chosen = &fit;
+        }
         break;
       }
     }
     return *chosen;
+  }
+
+  // The lead is not that of one part of the record, unless the effect is.
+  static bool shown_throughout(const Fit& more, const Fit& less) {
+    for (const Candidate* term : more.hypothesis.terms()) {
+      if (term->at_one_moment && !less.hypothesis.contains(term->name)) return true;
+    }
+    return lead_t(more, less) > kLimits.least_t;
   }
 
   // A further effect closes a share of the gap that matters.
@@ -220,13 +242,14 @@ class Estimator {
   }
 
   // Noise, the disturbance and the law's own error of a free run, PV units.
-  double floor_of(const Fit& fit) const {
+  double floor_of(const Fit& fit, double before) const {
     const Point point = fit.hypothesis.at(fit.population.top().z);
     const ErrorSize size =
         likelihood_.errors().size_at(likelihood_.errors().index(point.disturbance, point.law));
     const double returns_s = std::min(300.0, likelihood_.blocks().duration_s());
     const double disturbance = size.disturbance * std::sqrt(0.5 * returns_s);
-    return std::sqrt(noise_rms_ * noise_rms_ + disturbance * disturbance + size.law * size.law);
+    const double law = std::min(size.law, kLimits.law_share * before);
+    return std::sqrt(noise_rms_ * noise_rms_ + disturbance * disturbance + law * law);
   }
 
   bool explained(const Estimate& out, const Fit& fit) const {

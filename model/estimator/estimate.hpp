@@ -65,6 +65,10 @@ struct Estimate {
   double noise_rms = 0.0;  // PV units
   double floor = 0.0;      // PV units: noise, disturbance and law
   double closed = 0.0;     // share of the gap, last third
+  // What a law without a name explains beyond the chosen hypothesis.
+  std::string flexible;
+  double flexible_lead = 0.0;  // nats
+  Errors with_flexible;
   std::size_t evaluations = 0;
   std::vector<double> pv_before, pv_after;  // PV units
   plant::LoopModel corrected;

@@ -13,16 +13,13 @@ namespace {
 
 using numeric::Random;
 
-// Log-likelihood of each part of the record.
-std::vector<double> of_parts(const Eigen::VectorXd& innovations,
-                             const Eigen::VectorXd& log_scales) {
-  std::vector<double> parts(kLimits.parts, 0.0);
-  const auto count = static_cast<std::size_t>(innovations.size());
-  for (std::size_t k = 0; k < count; ++k) {
-    const auto i = static_cast<Eigen::Index>(k);
-    parts[k * kLimits.parts / count] -=
-        0.5 * innovations(i) * innovations(i) + log_scales(i);
-  }
+// The score of a fit by parts of the record. What is not of one part, such as the penalty, is
+// shared by all.
+std::vector<double> score_of_parts(const Fit& fit) {
+  std::vector<double> parts = parts_of(fit.solution);
+  double sum = 0.0;
+  for (const double v : parts) sum += v;
+  for (double& v : parts) v += (fit.score - sum) / static_cast<double>(kLimits.parts);
   return parts;
 }
 
@@ -40,16 +37,29 @@ Eigen::VectorXd draw(const Eigen::VectorXd& mean, const Eigen::MatrixXd& covaria
 
 }  // namespace
 
-std::vector<double> weights(const Likelihood&, const std::vector<Fit>& fits) {
-  std::vector<std::vector<double>> parts;
-  for (const Fit& fit : fits) {
-    std::vector<double>& own =
-        parts.emplace_back(of_parts(fit.solution.innovations, fit.solution.log_scales));
-    double sum = 0.0;
-    for (const double v : own) sum += v;
-    // What is not of one part, such as the penalty, is shared by all.
-    for (double& v : own) v += (fit.score - sum) / static_cast<double>(kLimits.parts);
+std::vector<double> parts_of(const Solution& solution) {
+  std::vector<double> parts(kLimits.parts, 0.0);
+  const auto count = static_cast<std::size_t>(solution.innovations.size());
+  for (std::size_t k = 0; k < count; ++k) {
+    const auto i = static_cast<Eigen::Index>(k);
+    parts[k * kLimits.parts / count] -=
+        0.5 * solution.innovations(i) * solution.innovations(i) + solution.log_scales(i);
   }
+  return parts;
+}
+
+double lead_t(const Fit& more, const Fit& less) {
+  std::vector<double> lead = score_of_parts(more);
+  const std::vector<double> other = score_of_parts(less);
+  for (std::size_t b = 0; b < lead.size(); ++b) lead[b] -= other[b];
+  const auto count = static_cast<double>(lead.size());
+  const double deviation = numeric::deviation(lead) * std::sqrt(count / (count - 1.0));
+  return deviation > 0.0 ? numeric::mean(lead) * std::sqrt(count) / deviation : 0.0;
+}
+
+std::vector<double> weights(const std::vector<Fit>& fits) {
+  std::vector<std::vector<double>> parts;
+  for (const Fit& fit : fits) parts.push_back(score_of_parts(fit));
   std::vector<double> weight(fits.size(), 0.0);
   Random random(1);
   std::vector<double> score(fits.size());
@@ -87,7 +97,7 @@ std::vector<std::map<std::string, Interval>> intervals(const Likelihood& likelih
     const Eigen::VectorXd drawn = draw(solution.mean, solution.covariance, random);
     solution.innovations -= solution.design * (drawn - solution.mean);
     solution.mean = drawn;
-    parts.push_back(of_parts(solution.innovations, solution.log_scales));
+    parts.push_back(parts_of(solution));
     const Point point = fit.hypothesis.at(member.z);
     const auto solved = solution.solved(fit.hypothesis, likelihood.fixed());
     for (std::size_t i = 0; i < terms.size(); ++i) {

@@ -37,7 +37,13 @@ struct Interval {
 std::vector<std::map<std::string, Interval>> intervals(const Likelihood& likelihood,
                                                        const Fit& fit);
 
+// Log-likelihood of each part of the record, nats.
+std::vector<double> parts_of(const Solution& solution);
+
 // Weight of each fit; the sum is 1.
-std::vector<double> weights(const Likelihood& likelihood, const std::vector<Fit>& fits);
+std::vector<double> weights(const std::vector<Fit>& fits);
+
+// Student's t of the lead of one fit over another, by parts of the record.
+double lead_t(const Fit& more, const Fit& less);
 
 }  // namespace loopwarden::estimator

@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "model/estimator/constants.hpp"
+#include "model/numeric/statistics.hpp"
 
 namespace loopwarden::estimator {
 namespace {
@@ -126,6 +127,7 @@ double Likelihood::of(const Hypothesis& hypothesis, std::span<const double> z, W
 
   // Means over blocks.
   std::size_t count = Columns::kFirstFixed;
+  std::vector<double> solved_rms;  // at every sample, where no frequency is averaged away
   const auto mean_of = [&](const std::vector<double>& signal, std::size_t at) {
     if (work.means.size() <= at) work.means.resize(at + 1);
     work.means[at].resize(blocks_.count());
@@ -135,7 +137,15 @@ double Likelihood::of(const Hypothesis& hypothesis, std::span<const double> z, W
   for (std::size_t i = 0; i < hypothesis.terms().size(); ++i) {
     if (hypothesis.terms()[i]->columns == 0) continue;
     run_.solved(hypothesis, point, i, samples, work.solved);
-    for (const auto& column : work.solved) mean_of(column, count++);
+    for (const auto& column : work.solved) {
+      solved_rms.push_back(numeric::rms(column));
+      mean_of(column, count++);
+    }
+  }
+
+  const std::size_t named = count;
+  if (work.extra != nullptr) {
+    for (const auto& signal : work.extra->signals) mean_of(signal, count++);
   }
 
   // Order in `white`: moving columns, fixed ones, PV.
@@ -178,11 +188,10 @@ double Likelihood::of(const Hypothesis& hypothesis, std::span<const double> z, W
     prior(static_cast<Eigen::Index>(i)) = prior_of(hypothesis, i);
   }
   for (std::size_t i = Columns::kFirstFixed; i < count; ++i) {
-    double square = 0.0;
-    for (const double v : work.means[i]) square += v * v;
-    const double rms = std::sqrt(square / static_cast<double>(blocks_.count()));
     prior(static_cast<Eigen::Index>(i)) =
-        rms > 0.0 ? kLimits.solved * loop_.pv_span / rms : 0.0;
+        i >= named ? work.extra->deviations[i - named]
+                   : kLimits.solved * loop_.pv_span /
+                         std::max(solved_rms[i - Columns::kFirstFixed], 1e-9);
   }
   for (std::size_t i = 0; i < fixed; ++i) {
     prior(static_cast<Eigen::Index>(count + i)) = prior_[Columns::kFirstFixed + i];
@@ -230,7 +239,8 @@ double Likelihood::of(const Hypothesis& hypothesis, std::span<const double> z, W
 }
 
 std::vector<double> Likelihood::simulate(const Hypothesis& hypothesis, std::span<const double> z,
-                                         const Solution& solution, std::size_t samples) const {
+                                         const Solution& solution, std::size_t samples,
+                                         const Extra* extra) const {
   const Point point = hypothesis.at(z);
   std::vector<double> columns[3];
   run_.run(hypothesis, point, samples, {}, columns, nullptr);
@@ -252,6 +262,9 @@ std::vector<double> Likelihood::simulate(const Hypothesis& hypothesis, std::span
       for (std::size_t k = 0; k < samples; ++k) pv[k] += solution.mean(next) * column[k];
       ++next;
     }
+  }
+  for (std::size_t i = 0; extra != nullptr && i < extra->signals.size(); ++i, ++next) {
+    for (std::size_t k = 0; k < samples; ++k) pv[k] += solution.mean(next) * extra->signals[i][k];
   }
   return pv;
 }

@@ -37,6 +37,12 @@ struct Solution {
   std::vector<std::vector<double>> solved(const Hypothesis& hypothesis, std::size_t fixed) const;
 };
 
+// Further columns with their prior deviations (flexible.hpp): signals at every sample.
+struct Extra {
+  std::vector<std::vector<double>> signals;
+  std::vector<double> deviations;
+};
+
 class Likelihood {
  public:
   // Uses the first `samples` samples. `slips`: of find_slips(), may be empty. All arguments must
@@ -51,6 +57,7 @@ class Likelihood {
     std::vector<std::vector<double>> solved;
     std::vector<std::vector<double>> means;  // of columns and solved parameters over blocks
     Eigen::MatrixXd white;
+    const Extra* extra = nullptr;
     std::size_t evaluations = 0;
   };
   double of(const Hypothesis& hypothesis, std::span<const double> z, Work& work,
@@ -58,7 +65,8 @@ class Likelihood {
 
   // PV of the first `samples` samples of the free run, with the law's own slips.
   std::vector<double> simulate(const Hypothesis& hypothesis, std::span<const double> z,
-                               const Solution& solution, std::size_t samples) const;
+                               const Solution& solution, std::size_t samples,
+                               const Extra* extra = nullptr) const;
 
   const LoopFacts& loop() const noexcept { return loop_; }
   const LoopRun& run() const noexcept { return run_; }

@@ -134,10 +134,14 @@ std::vector<EffectSpec> LoopRun::valve_of(const Hypothesis& hypothesis, const Po
   return valve;
 }
 
-double LoopRun::run(const Hypothesis& hypothesis, const Point& point, std::size_t samples,
-                    std::span<const std::int8_t> slips, std::vector<double> (&columns)[3],
-                    std::vector<double>* stem) const {
-  const double h = context_.sample_time_s;
+effects::EffectContext LoopRun::context_at(const Point& point) const {
+  effects::EffectContext context = context_;
+  context.dead_time_s = point.dead_time_s;
+  context.time_constant_s = point.time_constant_s;
+  return context;
+}
+
+LoopRun::Behind LoopRun::behind(const Hypothesis& hypothesis, const Point& point) const {
   std::vector<EffectSpec> process_effects = loop_.model.process_effects;
   std::vector<EffectSpec> transmitter_effects;
   for (std::size_t i = 0; i < hypothesis.terms().size(); ++i) {
@@ -146,9 +150,32 @@ double LoopRun::run(const Hypothesis& hypothesis, const Point& point, std::size_
     (term.block == Block::process ? process_effects : transmitter_effects)
         .push_back(term.effect(point.searched[i], {}));
   }
-  effects::EffectContext context = context_;
-  context.dead_time_s = point.dead_time_s;
-  context.time_constant_s = point.time_constant_s;
+  const effects::EffectContext context = context_at(point);
+  plant::ProcessParameters process = loop_.model.process;
+  process.time_constant_s = point.time_constant_s;
+  process.dead_time_s = effects::takes_dead_time(process_effects) ? 0.0 : point.dead_time_s;
+  return {chain_of(process_effects, Block::process, context), process,
+          chain_of(transmitter_effects, Block::transmitter, context)};
+}
+
+std::vector<double> LoopRun::response(const Hypothesis& hypothesis, const Point& point,
+                                      std::vector<double> flow) const {
+  const double h = context_.sample_time_s;
+  Behind behind = this->behind(hypothesis, point);
+  if (!behind.process.empty()) {
+    flow[0] = behind.process.reset(flow[0], 0.0);
+    behind.process.run(std::span<double>(flow).subspan(1), 0.0, h);
+  }
+  respond(behind.parameters, flow, h, flow);
+  pass_transmitter(flow);
+  return flow;
+}
+
+double LoopRun::run(const Hypothesis& hypothesis, const Point& point, std::size_t samples,
+                    std::span<const std::int8_t> slips, std::vector<double> (&columns)[3],
+                    std::vector<double>* stem) const {
+  const double h = context_.sample_time_s;
+  const effects::EffectContext context = context_at(point);
 
   // Valve. flow[k] is driven by CO held since sample k - 1.
   const std::vector<EffectSpec> valve = valve_of(hypothesis, point);
@@ -183,22 +210,24 @@ double LoopRun::run(const Hypothesis& hypothesis, const Point& point, std::size_
         {context.output_low, context.output_high});
     law.reset(flow[0]);
     flow[0] = law.step(co_[0]);
-    penalty = follow_slips(law, friction.static_friction(), slips.first(samples - 1), moves);
+    // The slips were found with the dead time of the model.
+    const double later_s = point.dead_time_s - loop_.model.process.dead_time_s +
+                           2.0 * point.actuator_damping / point.actuator_frequency;
+    penalty = follow_slips(law, friction.static_friction(), slips,
+                           static_cast<std::ptrdiff_t>(std::lround(later_s / h)), moves);
     flow[0] = after.reset(flow[0], 0.0);
     after.run(moves, 0.0, h);
   }
   if (stem != nullptr) *stem = flow;
-  effects::EffectChain behind = chain_of(process_effects, Block::process, context);
-  if (!behind.empty()) {
-    flow[0] = behind.reset(flow[0], 0.0);
-    behind.run(moves, 0.0, h);
+  Behind behind = this->behind(hypothesis, point);
+  if (!behind.process.empty()) {
+    flow[0] = behind.process.reset(flow[0], 0.0);
+    behind.process.run(moves, 0.0, h);
   }
 
   // Process, with the derivatives by differences of its own response. A later response is the same
   // one, a sample later.
-  plant::ProcessParameters process = loop_.model.process;
-  process.time_constant_s = point.time_constant_s;
-  process.dead_time_s = effects::takes_dead_time(process_effects) ? 0.0 : point.dead_time_s;
+  const plant::ProcessParameters& process = behind.parameters;
   plant::ProcessParameters slower = process;
   slower.time_constant_s *= 1.0 + kStep;
   respond(slower, flow, h, columns[Columns::kLag]);
@@ -212,11 +241,10 @@ double LoopRun::run(const Hypothesis& hypothesis, const Point& point, std::size_
     columns[Columns::kLag][k] = (columns[Columns::kLag][k] - z[k]) / kStep;
     later[k] = (z[k - 1] - z[k]) / h;
   }
-  effects::EffectChain shown = chain_of(transmitter_effects, Block::transmitter, context);
   for (auto& column : columns) {
     pass_transmitter(column);
-    if (shown.empty()) continue;
-    effects::EffectChain chain = shown;
+    if (behind.transmitter.empty()) continue;
+    effects::EffectChain chain = behind.transmitter;
     column[0] = chain.reset(column[0], 0.0);
     chain.run(std::span<double>(column).subspan(1), h, h);
   }

@@ -47,6 +47,9 @@ class LoopRun {
   double run(const Hypothesis& hypothesis, const Point& point, std::size_t samples,
              std::span<const std::int8_t> slips, std::vector<double> (&columns)[3],
              std::vector<double>* stem) const;
+  // The response of PV, at the gain of the model, to a flow that leaves the valve.
+  std::vector<double> response(const Hypothesis& hypothesis, const Point& point,
+                               std::vector<double> flow) const;
   // The columns of the solved parameters of effect `term`, for a signal of `samples` samples.
   void solved(const Hypothesis& hypothesis, const Point& point, std::size_t term,
               std::size_t samples, std::vector<std::vector<double>>& columns) const;
@@ -59,6 +62,14 @@ class LoopRun {
   std::vector<effects::EffectSpec> valve_of(const Hypothesis& hypothesis,
                                             const Point& point) const;
   void pass_transmitter(std::span<double> signal) const;
+  // Effects between valve and PV, of the model and of the hypothesis.
+  struct Behind {
+    effects::EffectChain process;
+    plant::ProcessParameters parameters;
+    effects::EffectChain transmitter;  // of the hypothesis only
+  };
+  Behind behind(const Hypothesis& hypothesis, const Point& point) const;
+  effects::EffectContext context_at(const Point& point) const;
 
   const LoopFacts& loop_;
   effects::EffectContext context_;

@@ -184,9 +184,11 @@ class Search {
   std::vector<Member> members_;
 };
 
-// The member with better sizes of the error, by steps to the neighbours on the grid.
+}  // namespace
+
 Member with_best_error(const Likelihood& likelihood, const Hypothesis& hypothesis, Member member,
                        Likelihood::Work& work) {
+  member.log_likelihood = likelihood.of(hypothesis, member.z, work);
   const std::size_t error = hypothesis.layout().error;
   const std::array<double, 2> step{1.0 / static_cast<double>(likelihood.errors().disturbances()),
                                    1.0 / static_cast<double>(likelihood.errors().laws())};
@@ -206,8 +208,6 @@ Member with_best_error(const Likelihood& likelihood, const Hypothesis& hypothesi
   }
   return member;
 }
-
-}  // namespace
 
 Start Start::around(const std::vector<Member>& members, std::size_t best, double wider,
                     double least, double share) {

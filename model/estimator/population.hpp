@@ -51,6 +51,10 @@ struct Population {
   const Member& top() const noexcept { return members[best]; }
 };
 
+// The member with better sizes of the error, by steps to the neighbours on the grid.
+Member with_best_error(const Likelihood& likelihood, const Hypothesis& hypothesis, Member member,
+                       Likelihood::Work& work);
+
 Population search(const Likelihood& likelihood, const Hypothesis& hypothesis, const Start& start,
                   const Effort& effort, std::uint64_t seed, Likelihood::Work& work);
 

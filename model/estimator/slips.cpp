@@ -109,13 +109,19 @@ Slips find_slips(const Observed& observed, const LoopFacts& loop, std::size_t sa
 }
 
 double follow_slips(effects::StictionInertial& law, double static_friction,
-                    std::span<const std::int8_t> direction, std::span<double> stem) noexcept {
+                    std::span<const std::int8_t> direction, std::ptrdiff_t later,
+                    std::span<double> stem) noexcept {
+  const auto shown_at = [&](std::size_t k) {
+    const std::ptrdiff_t at = static_cast<std::ptrdiff_t>(k) + later;
+    return at >= 0 && at < std::ssize(direction) ? direction[static_cast<std::size_t>(at)] : 0;
+  };
   double penalty = 0.0;
   double last = 0.0;  // force at the previous sample of the same rest
   for (std::size_t k = 0; k < stem.size(); ++k) {
     const double force = stem[k] - law.position();
     const bool rested = law.at_rest();
-    const bool shown = direction[k] != 0 && (direction[k] > 0) == (force > 0.0);
+    const int way = shown_at(k);
+    const bool shown = way != 0 && (way > 0) == (force > 0.0);
     const double share = shown ? 1.0 - kLimits.early : 1.0 + kLimits.early;
     stem[k] = law.step_with_friction(stem[k], share);
     if (!rested) continue;

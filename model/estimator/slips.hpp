@@ -37,9 +37,10 @@ struct Slips {
 Slips find_slips(const Observed& observed, const LoopFacts& loop, std::size_t samples,
                  double noise_rms);
 
-// Steps a stem whose slips follow `direction`. `stem` holds the force on input, in CO units, and
-// the position on output. Returns the penalty, nats.
+// Steps a stem whose slips follow `direction`, read `later` samples later. `stem` holds the force
+// on input, in CO units, and the position on output. Returns the penalty, nats.
 double follow_slips(effects::StictionInertial& law, double static_friction,
-                    std::span<const std::int8_t> direction, std::span<double> stem) noexcept;
+                    std::span<const std::int8_t> direction, std::ptrdiff_t later,
+                    std::span<double> stem) noexcept;
 
 }  // namespace loopwarden::estimator

@@ -49,7 +49,7 @@ TEST_CASE("a stem slips where PV shows it", "[estimator][slips]") {
     for (std::size_t k = shown_at; k < std::min<std::size_t>(shown_at + 5, 200); ++k) {
       direction[k] = 1;
     }
-    penalty = follow_slips(law, friction.static_friction(), direction, force);
+    penalty = follow_slips(law, friction.static_friction(), direction, 0, force);
     std::size_t first = 0;
     while (first < force.size() && force[first] < 0.1) ++first;
     return first;
