@@ -114,7 +114,8 @@ json answer_of_new(const gap::Record& record, const plant::LoopModel& model,
     out["effects"].push_back({{"name", f.spec.name},
                               {"confidence", f.confidence},
                               {"parameters", f.spec.parameters},
-                              {"intervals", intervals}});
+                              {"intervals", intervals},
+                              {"description", f.description}});
   }
   if (arguments.verbose) {
     std::size_t printed = 0;
@@ -154,7 +155,11 @@ void count_coverage(const gap_study::Truth& truth, const json& answer, Coverage&
 std::string names_of(const json& answer) {
   std::string text;
   for (const json& e : answer["effects"]) {
-    text += fmt::format("{}{} {:.2f}", text.empty() ? "" : " + ", e["name"].get<std::string>(),
+    text += fmt::format("{}{} {:.2f}", text.empty() ? "" : " + ",
+                        e["name"].get<std::string>() +
+                            (e.value("description", "").empty()
+                                 ? ""
+                                 : " (" + e["description"].get<std::string>() + ")"),
                         e["confidence"].get<double>());
   }
   return answer["verdict"].get<std::string>() + (text.empty() ? "" : ": " + text);

@@ -21,12 +21,12 @@ constexpr double kChildLead = 3.0;          // nats above the parent, at the fir
 // The same number for the same names, on every machine.
 std::uint64_t seed_of(const Hypothesis& hypothesis, std::uint64_t stage) {
   std::uint64_t hash = 1469598103934665603ULL + stage;
-  for (const Candidate* term : hypothesis.terms()) {
+  for (const Law* term : hypothesis.terms()) {
     for (const char* c = term->name; *c != '\0'; ++c) {
       hash = (hash ^ static_cast<std::uint64_t>(static_cast<unsigned char>(*c))) *
              1099511628211ULL;
     }
-    hash = (hash ^ term->search.size()) * 1099511628211ULL;
+    hash = (hash ^ term->coordinates()) * 1099511628211ULL;
   }
   return hash;
 }
@@ -34,8 +34,8 @@ std::uint64_t seed_of(const Hypothesis& hypothesis, std::uint64_t stage) {
 Effort effort_of(const Hypothesis& hypothesis) {
   std::size_t own = 0;
   bool moment = false;
-  for (const Candidate* term : hypothesis.terms()) {
-    own += term->search.size();
+  for (const Law* term : hypothesis.terms()) {
+    own += term->coordinates();
     moment = moment || (term->columns > 0 && !term->search.empty());
   }
   const bool hard = hypothesis.jumps() || own > 2 || (moment && own > 1);
@@ -43,20 +43,30 @@ Effort effort_of(const Hypothesis& hypothesis) {
                      : hard                                    ? 3 * kLimits.members / 2
                                                                : kLimits.members,
           .moves = 1,
-          .first = moment ? std::size_t{6} : std::size_t{4}};
+          .first = hypothesis.wide() ? std::size_t{10} : moment ? std::size_t{6} : std::size_t{4}};
 }
 
 class Competitors {
  public:
-  Competitors(const Likelihood& likelihood, const std::vector<Candidate>& catalogue,
-              const Slips& slips, const numeric::ParallelFor& parallel)
-      : likelihood_(likelihood), catalogue_(catalogue), slips_(slips), parallel_(parallel) {}
+  Competitors(const Likelihood& likelihood, const std::vector<Law>& catalogue,
+              const Slips& slips, const numeric::ParallelFor& parallel, Competition start)
+      : likelihood_(likelihood),
+        catalogue_(catalogue),
+        slips_(slips),
+        parallel_(parallel),
+        out_(std::move(start)) {}
 
-  Competition run(const CompetitionOptions& options) {
+  Competition add() {
+    add_singles();
+    search_again(2, 400.0);
+    return std::move(out_);
+  }
+
+  Competition run(std::size_t most_effects) {
     add_none();
     add_singles();
     search_again(kPolished, 400.0);
-    for (std::size_t effects = 2; effects <= options.most_effects; ++effects) {
+    for (std::size_t effects = 2; effects <= most_effects; ++effects) {
       if (!grow(effects)) break;
       search_again(2, 30.0);
       step_back();
@@ -112,7 +122,7 @@ class Competitors {
 
   void add_none() {
     Hypothesis none(likelihood_.loop(), {});
-    search_all({{none, {}, {.members = 64, .moves = 2, .first = 4}, 0}});
+    search_all({{none, {}, {.members = 64, .moves = 2, .first = 8}, 0}});
   }
 
   // Coordinates of `child` that `parent` has too, at their places in `child`.
@@ -122,7 +132,7 @@ class Competitors {
     for (std::size_t i = 0; i < child.terms().size(); ++i) {
       for (std::size_t j = 0; j < parent.terms().size(); ++j) {
         if (child.terms()[i] != parent.terms()[j]) continue;
-        for (std::size_t k = 0; k < child.terms()[i]->search.size(); ++k) {
+        for (std::size_t k = 0; k < child.terms()[i]->coordinates(); ++k) {
           out.emplace_back(parent.first_of(j) + k, child.first_of(i) + k);
         }
       }
@@ -173,7 +183,7 @@ class Competitors {
   // Puts the statistics of the record into the start of effect `term`.
   void use_statistics(const Hypothesis& hypothesis, std::size_t term,
                       std::span<const double> error, Start& start) const {
-    const Candidate& candidate = *hypothesis.terms()[term];
+    const Law& candidate = *hypothesis.terms()[term];
     const std::size_t first = hypothesis.first_of(term);
     if (const auto found = scan(candidate, likelihood_.blocks(), error)) {
       for (std::size_t i = 0; i < found->size(); ++i) {
@@ -200,7 +210,7 @@ class Competitors {
     const Fit none = out_.none();
     const std::vector<double> error = error_of(none);
     std::vector<Task> tasks;
-    for (const Candidate& candidate : catalogue_) {
+    for (const Law& candidate : catalogue_) {
       Hypothesis one(likelihood_.loop(), {&candidate});
       Start start = from_parent(none, one, 0.7);
       use_statistics(one, 0, error, start);
@@ -265,8 +275,8 @@ class Competitors {
     const std::vector<double> error = error_of(parent);
     std::vector<Try> tries(catalogue_.size());
     parallel_(catalogue_.size(), [&](std::size_t i) {
-      const Candidate& other = catalogue_[i];
-      for (const Candidate* term : parent.hypothesis.terms()) {
+      const Law& other = catalogue_[i];
+      for (const Law* term : parent.hypothesis.terms()) {
         if (!compatible(*term, other) || (other.at_one_moment && other.friction)) return;
       }
       tries[i] = try_child(parent, other, error);
@@ -287,17 +297,17 @@ class Competitors {
   }
 
   // The best of a few values of `other` next to the best member of `parent`.
-  Try try_child(const Fit& parent, const Candidate& other, std::span<const double> error) const {
+  Try try_child(const Fit& parent, const Law& other, std::span<const double> error) const {
     Terms terms = parent.hypothesis.terms();
     terms.push_back(&other);
-    std::stable_sort(terms.begin(), terms.end(), [&](const Candidate* a, const Candidate* b) {
+    std::stable_sort(terms.begin(), terms.end(), [&](const Law* a, const Law* b) {
       return a - catalogue_.data() < b - catalogue_.data();
     });
     Hypothesis child(likelihood_.loop(), terms);
     const std::size_t place =
         static_cast<std::size_t>(std::find(terms.begin(), terms.end(), &other) - terms.begin());
     const std::size_t first = child.first_of(place);
-    const std::size_t own = other.search.size();
+    const std::size_t own = other.coordinates();
     Start start = from_parent(parent, child, 0.8);
     use_statistics(child, place, error, start);
     const bool known = own > 0 && start.deviation[first] < 1.0;
@@ -360,7 +370,7 @@ class Competitors {
   }
 
   const Likelihood& likelihood_;
-  const std::vector<Candidate>& catalogue_;
+  const std::vector<Law>& catalogue_;
   const Slips& slips_;
   const numeric::ParallelFor& parallel_;
   Competition out_;
@@ -373,10 +383,16 @@ const Fit& Competition::none() const {
                        [](const Fit& f) { return f.hypothesis.terms().empty(); });
 }
 
-Competition compete(const Likelihood& likelihood, const std::vector<Candidate>& catalogue,
-                    const Slips& slips, const CompetitionOptions& options,
+Competition compete(const Likelihood& likelihood, const std::vector<Law>& laws,
+                    const Slips& slips, std::size_t most_effects,
                     const numeric::ParallelFor& parallel) {
-  return Competitors(likelihood, catalogue, slips, parallel).run(options);
+  return Competitors(likelihood, laws, slips, parallel, {}).run(most_effects);
+}
+
+void add_laws(Competition& competition, const Likelihood& likelihood,
+              const std::vector<Law>& laws, const Slips& slips,
+              const numeric::ParallelFor& parallel) {
+  competition = Competitors(likelihood, laws, slips, parallel, std::move(competition)).add();
 }
 
 }  // namespace loopwarden::estimator

@@ -40,12 +40,12 @@ struct Competition {
   const Fit& none() const;
 };
 
-struct CompetitionOptions {
-  std::size_t most_effects = 3;
-};
-
-Competition compete(const Likelihood& likelihood, const std::vector<Candidate>& catalogue,
-                    const Slips& slips, const CompetitionOptions& options,
+Competition compete(const Likelihood& likelihood, const std::vector<Law>& laws,
+                    const Slips& slips, std::size_t most_effects,
                     const numeric::ParallelFor& parallel);
+// Adds further laws, each separately.
+void add_laws(Competition& competition, const Likelihood& likelihood,
+              const std::vector<Law>& laws, const Slips& slips,
+              const numeric::ParallelFor& parallel);
 
 }  // namespace loopwarden::estimator

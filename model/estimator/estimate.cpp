@@ -64,53 +64,56 @@ class Estimator {
   Estimator(const Observed& observed, const plant::LoopModel& model, const Options& options,
             const numeric::ParallelFor& parallel)
       : observed_(observed),
-        loop_(model),
+        loop_(plant::without_noise(model)),
         fitted_(observed.pv.size() * 2 / 3),
-        noise_rms_(noise_of(observed, fitted_, 0.0, loop_.pv_span)),
+        noise_rms_(noise_of(observed, fitted_, model.transmitter.resolution, loop_.pv_span)),
         run_(loop_, observed.co),
         slips_(find_slips(observed, loop_, fitted_, noise_rms_)),
-        likelihood_(loop_, run_, observed, fitted_, noise_rms_, slips_.direction),
-        catalogue_(catalogue_for(observed, loop_, fitted_, options)),
-        competition_(compete(likelihood_, catalogue_, slips_,
-                             {.most_effects = options.most_effects}, parallel)) {}
+        likelihood_(loop_, run_, observed, fitted_, noise_rms_, slips_),
+        parallel_(parallel) {
+    const std::vector<Candidate> catalogue = catalogue_for(observed, loop_, fitted_, options);
+    const double duration_s = observed.period_s * static_cast<double>(fitted_);
+    named_ = named_laws(catalogue, duration_s);
+    const bool learns = std::find(options.without.begin(), options.without.end(), "learned") ==
+                        options.without.end();
+    if (learns) {
+      unnamed_ = unnamed_laws(catalogue, duration_s, loop_.pv_span / loop_.co_span);
+    }
+    competition_ = compete(likelihood_, named_, slips_, options.most_effects, parallel);
+  }
 
   Estimate answer() {
     Estimate out;
     out.noise_rms = noise_rms_;
-    out.evaluations = competition_.evaluations;
     out.pv_before = base_run();
     out.before = errors_of(out.pv_before);
-    std::vector<Fit>& fits = competition_.fits;
-    // Those that do nothing here that matters, or nothing that a simpler effect doesn't.
-    std::erase_if(fits, [&](const Fit& fit) {
-      return !fit.hypothesis.terms().empty() && !tells(fit, out.pv_before);
-    });
-    const std::vector<double> weight = weights(fits);
-    for (std::size_t i = 0; i < fits.size(); ++i) {
-      out.ranked.push_back(rank(fits[i], weight[i]));
-      out.posterior.emplace_back(fits[i].hypothesis.title(), weight[i]);
+    drop_idle(out.pv_before);
+    Fit chosen = judged(out);
+    if (!explained(out, chosen) && !unnamed_.empty()) {
+      add_laws(competition_, likelihood_, unnamed_, slips_, parallel_);
+      drop_idle(out.pv_before);
+      chosen = judged(out);
     }
-    const Fit& chosen = choose(out);
-    out.pv_after = run_of(representative(chosen));
-    out.after = errors_of(out.pv_after);
-    out.floor = floor_of(chosen, out.before.holdout);
-    out.closed = closed(out.before.holdout, out.after.holdout);
+    out.evaluations = competition_.evaluations;
+    const std::vector<double> weight = weights(competition_.fits);
+    for (std::size_t i = 0; i < weight.size(); ++i) {
+      out.ranked.push_back(rank(competition_.fits[i], weight[i]));
+      out.posterior.emplace_back(competition_.fits[i].hypothesis.title(), weight[i]);
+    }
     const Flexible flexible = flexible_law(likelihood_, chosen, observed_.pv.size());
     out.flexible = flexible.family;
     out.flexible_lead = flexible.lead;
     if (!flexible.pv.empty()) out.with_flexible = errors_of(flexible.pv);
-    if (chosen.hypothesis.terms().empty()) {
-      out.verdict = explained(out, competition_.none()) ? Verdict::no_gap : Verdict::unexplained;
-      return out;
-    }
+
+    const bool names = !chosen.hypothesis.terms().empty();
     if (!explained(out, chosen)) {
       out.verdict = Verdict::unexplained;
       out.pv_after = out.pv_before;
       out.after = out.before;
-      return out;
+    } else if (names) {
+      out.verdict = Verdict::missing_effect;
+      name(out, chosen, weight);
     }
-    out.verdict = Verdict::missing_effect;
-    name(out, chosen, weight);
     return out;
   }
 
@@ -134,6 +137,23 @@ class Estimator {
                                 observed_.pv.size());
   }
 
+  // Leaves out hypotheses that do nothing here that matters, or that a simpler effect doesn't do.
+  void drop_idle(const std::vector<double>& base) {
+    std::erase_if(competition_.fits, [&](const Fit& fit) {
+      return !fit.hypothesis.terms().empty() && !tells(fit, base);
+    });
+  }
+
+  // The chosen hypothesis, with its errors in `out`.
+  Fit judged(Estimate& out) const {
+    const Fit& chosen = choose();
+    out.pv_after = run_of(representative(chosen));
+    out.after = errors_of(out.pv_after);
+    out.floor = floor_of(chosen, out.before.holdout);
+    out.closed = closed(out.before.holdout, out.after.holdout);
+    return chosen;
+  }
+
   // The model without effects, within its uncertainty.
   std::vector<double> base_run() const {
     const Fit& none = competition_.none();
@@ -150,7 +170,7 @@ class Estimator {
     constexpr double kLeastTelling = 0.005;  // of the samples
     const std::span<const double> co(observed_.co.data(), fitted_);
     for (std::size_t i = 0; i < fit.hypothesis.terms().size(); ++i) {
-      const Candidate& term = *fit.hypothesis.terms()[i];
+      const Law& term = *fit.hypothesis.terms()[i];
       if (term.telling != nullptr &&
           term.telling(point.searched[i], co, observed_.period_s) < kLeastTelling) {
         return false;
@@ -177,7 +197,8 @@ class Estimator {
         out.parameters += numeric::text(" %s %.4g", name.c_str(), value);
       }
     }
-    out.parameters += numeric::text(" | K' %.3f lnT %.3f L %.3f level %.3f wn %.1f zeta %.2f f %.3f jit %.2f",
+    out.parameters += numeric::text(" | T %.2f L %.2f", point.time_constant_s, point.dead_time_s);
+    out.parameters += numeric::text(" K' %.3f lnT %.3f L %.3f level %.3f wn %.1f zeta %.2f f %.3f jit %.2f",
                                     fit.solution.gain(), fit.solution.mean(1),
                                     fit.solution.mean(2), fit.solution.mean(3),
                                     point.actuator_frequency, point.actuator_damping,
@@ -187,7 +208,7 @@ class Estimator {
   }
 
   // The best score, as long as each further effect is clearly shown.
-  const Fit& choose(const Estimate&) const {
+  const Fit& choose() const {
     const std::vector<Fit>& fits = competition_.fits;
     const Fit* chosen = &competition_.none();
     for (std::size_t effects = 1; effects <= 3; ++effects) {
@@ -206,7 +227,7 @@ class Estimator {
 
   // The lead is not that of one part of the record, unless the effect is.
   static bool shown_throughout(const Fit& more, const Fit& less) {
-    for (const Candidate* term : more.hypothesis.terms()) {
+    for (const Law* term : more.hypothesis.terms()) {
       if (term->at_one_moment && !less.hypothesis.contains(term->name)) return true;
     }
     return lead_t(more, less) > kLimits.least_t;
@@ -232,6 +253,20 @@ class Estimator {
     start.deviation.erase(start.deviation.begin() + jitter);
     Likelihood::Work work;
     Fit out{law, search(likelihood_, law, start, {64, 2, 3}, 11, work), {}, fit.score};
+    // Of members that are as likely, the one with the least error of its free run.
+    double least = 1e300;
+    std::size_t best = out.population.best;
+    for (std::size_t i = 0; i < out.population.members.size(); ++i) {
+      const std::vector<double>& z = out.population.members[i].z;
+      likelihood_.of(law, z, work, &out.solution);
+      const double left =
+          errors_of(likelihood_.simulate(law, z, out.solution, observed_.pv.size())).training;
+      if (left < least) {
+        least = left;
+        best = i;
+      }
+    }
+    out.population.best = best;
     likelihood_.of(law, out.population.top().z, work, &out.solution);
     return out;
   }
@@ -262,13 +297,20 @@ class Estimator {
     const Point point = chosen.hypothesis.at(chosen.population.top().z);
     const auto solved = chosen.solution.solved(chosen.hypothesis, likelihood_.fixed());
     for (std::size_t i = 0; i < chosen.hypothesis.terms().size(); ++i) {
-      const Candidate& term = *chosen.hypothesis.terms()[i];
+      const Law& term = *chosen.hypothesis.terms()[i];
       double confidence = 0.0;
       for (std::size_t h = 0; h < weight.size(); ++h) {
-        if (competition_.fits[h].hypothesis.contains(term.name)) confidence += weight[h];
+        const Hypothesis& other = competition_.fits[h].hypothesis;
+        if (other.contains(term.name) && other.named() == term.named) confidence += weight[h];
       }
-      out.effects.push_back({term.effect(point.searched[i], solved[i]), term.block,
-                             std::min(confidence, 0.99), within[i]});
+      Found found{term.effect(point.searched[i], solved[i]), term.block,
+                  std::min(confidence, kLimits.most_confidence), within[i], {}};
+      if (!term.named) {
+        found.description = term.description();
+        found.spec.name = "learned";
+        found.confidence = std::min(found.confidence, kLimits.most_learned);
+      }
+      out.effects.push_back(std::move(found));
     }
     out.corrected = run_.corrected(chosen.hypothesis, point, chosen.solution.gain(),
                                    chosen.solution.mean(3), solved);
@@ -281,7 +323,9 @@ class Estimator {
   LoopRun run_;
   Slips slips_;
   Likelihood likelihood_;
-  std::vector<Candidate> catalogue_;
+  const numeric::ParallelFor& parallel_;
+  std::vector<Law> named_;
+  std::vector<Law> unnamed_;
   Competition competition_;
 };
 

@@ -37,6 +37,7 @@ struct Found {
   effects::Block block = effects::Block::valve;
   double confidence = 0.0;
   std::map<std::string, Interval> intervals;
+  std::string description;  // of a law without a name
 };
 
 struct Errors {

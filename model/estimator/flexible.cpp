@@ -71,7 +71,7 @@ class FlexibleColumns {
       : likelihood_(likelihood), loop_(likelihood.loop()), fit_(fit), samples_(samples) {
     const Point point = fit.hypothesis.at(fit.population.top().z);
     Signal columns[3];
-    likelihood.run().run(fit.hypothesis, point, samples, {}, columns, &flow_);
+    likelihood.run().run(fit.hypothesis, point, samples, nullptr, columns, &flow_);
     z_ = std::move(columns[Columns::kGain]);
     h_ = likelihood.blocks().sample_time_s();
     fitted_ = likelihood.blocks().samples();

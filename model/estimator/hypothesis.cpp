@@ -43,7 +43,7 @@ Hypothesis::Hypothesis(const LoopFacts& loop, Terms terms)
     : loop_(&loop), terms_(std::move(terms)) {
   std::size_t next = 0;
   for (std::size_t i = 0; i < terms_.size(); ++i) {
-    next += terms_[i]->search.size();
+    next += terms_[i]->coordinates();
     if (terms_[i]->slips) sticking_ = i;
     jumps_ = jumps_ || (terms_[i]->block == effects::Block::valve && !terms_[i]->smooth);
   }
@@ -60,7 +60,7 @@ Hypothesis::Hypothesis(const LoopFacts& loop, Terms terms)
 
 bool Hypothesis::changes_gain() const noexcept {
   return std::any_of(terms_.begin(), terms_.end(),
-                     [](const Candidate* t) { return t->solves_gain; });
+                     [](const Law* t) { return t->solves_gain; });
 }
 
 Hypothesis Hypothesis::law_only() const {
@@ -75,11 +75,13 @@ Hypothesis Hypothesis::law_only() const {
 Point Hypothesis::at(std::span<const double> z) const {
   Point p;
   std::size_t next = 0;
-  for (const Candidate* term : terms_) {
+  for (const Law* term : terms_) {
     std::vector<double> values;
     values.reserve(term->search.size());
     for (const effects::SearchRange& range : term->search) values.push_back(range.value(z[next++]));
     if (term->starts_offset()) p.start_offset += values.back() * term->resting_half_band(values);
+    const bool since = term->timing == Law::Timing::since;
+    p.schedules.push_back(term->schedule(since ? term->moment.value(z[next++]) : 0.0));
     p.searched.push_back(std::move(values));
   }
   const plant::ProcessParameters& process = loop_->model.process;
@@ -108,40 +110,46 @@ Point Hypothesis::at(std::span<const double> z) const {
 
 std::size_t Hypothesis::first_of(std::size_t term) const noexcept {
   std::size_t first = 0;
-  for (std::size_t i = 0; i < term; ++i) first += terms_[i]->search.size();
+  for (std::size_t i = 0; i < term; ++i) first += terms_[i]->coordinates();
   return first;
 }
 
 double Hypothesis::parameters() const noexcept {
   double count = 0.0;
-  for (const Candidate* term : terms_) count += term->parameters;
+  for (const Law* term : terms_) count += term->parameters;
   return count;
 }
 
 double Hypothesis::handicap() const noexcept {
   double nats = 0.0;
-  for (const Candidate* term : terms_) nats += term->prior_nats;
+  for (const Law* term : terms_) nats += term->prior_nats;
   return nats;
 }
 
 std::vector<std::string> Hypothesis::names() const {
   std::vector<std::string> names;
-  for (const Candidate* term : terms_) names.emplace_back(term->name);
+  for (const Law* term : terms_) names.emplace_back(term->name);
   return names;
 }
 
 std::string Hypothesis::title() const {
   std::string text;
-  for (const Candidate* term : terms_) text += (text.empty() ? "" : "+") + std::string(term->name);
+  for (const Law* term : terms_) {
+    text += (text.empty() ? "" : "+") + (term->named ? term->name : term->description());
+  }
   return text.empty() ? "none" : text;
+}
+
+bool Hypothesis::named() const noexcept {
+  return std::all_of(terms_.begin(), terms_.end(), [](const Law* t) { return t->named; });
 }
 
 bool Hypothesis::contains(std::string_view name) const noexcept {
   return std::any_of(terms_.begin(), terms_.end(),
-                     [&](const Candidate* t) { return name == t->name; });
+                     [&](const Law* t) { return name == t->name; });
 }
 
-bool compatible(const Candidate& a, const Candidate& b) {
+bool compatible(const Law& a, const Law& b) {
   if (std::string_view(a.name) == b.name) return false;
   if (a.friction && b.friction) return false;
   const auto is = [&](std::string_view x, std::string_view y) {

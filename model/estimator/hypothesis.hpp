@@ -17,17 +17,17 @@
 #include <string>
 #include <vector>
 
-#include "model/effects/catalogue.hpp"
+#include "model/estimator/law.hpp"
 #include "model/plant/loop_model.hpp"
 
 namespace loopwarden::estimator {
 
-using effects::Candidate;
-using Terms = std::vector<const Candidate*>;
+using Terms = std::vector<const Law*>;
 
 // The values of all coordinates.
 struct Point {
   std::vector<std::vector<double>> searched;  // one list per effect
+  std::vector<effects::Schedule> schedules;   // of each effect
   double time_constant_s = 1.0;
   double dead_time_s = 0.0;        // of the process, without the delay of the actuator
   double actuator_damping = 0.5;
@@ -89,6 +89,7 @@ class Hypothesis {
   double parameters() const noexcept;
   double handicap() const noexcept;
   std::string title() const;  // "stiction+gain_change", "none"
+  bool named() const noexcept;
   std::vector<std::string> names() const;
   bool contains(std::string_view name) const noexcept;
 
@@ -102,6 +103,6 @@ class Hypothesis {
 };
 
 // Whether two effects can be parts of one hypothesis.
-bool compatible(const Candidate& a, const Candidate& b);
+bool compatible(const Law& a, const Law& b);
 
 }  // namespace loopwarden::estimator

@@ -37,7 +37,7 @@ std::vector<std::vector<double>> Solution::solved(const Hypothesis& hypothesis,
                                                   std::size_t fixed) const {
   std::vector<std::vector<double>> out;
   auto next = static_cast<Eigen::Index>(Columns::kFirstFixed + fixed);
-  for (const Candidate* term : hypothesis.terms()) {
+  for (const Law* term : hypothesis.terms()) {
     std::vector<double>& values = out.emplace_back();
     if (term->solves_gain) values.push_back(gain());
     for (std::size_t i = 0; i < term->columns; ++i) values.push_back(mean(next++));
@@ -46,8 +46,7 @@ std::vector<std::vector<double>> Solution::solved(const Hypothesis& hypothesis,
 }
 
 Likelihood::Likelihood(const LoopFacts& loop, const LoopRun& run, const Observed& observed,
-                       std::size_t samples, double noise_rms,
-                       std::span<const std::int8_t> slips)
+                       std::size_t samples, double noise_rms, const Slips& slips)
     : loop_(loop),
       run_(run),
       noise_rms_(noise_rms),
@@ -119,7 +118,7 @@ double Likelihood::of(const Hypothesis& hypothesis, std::span<const double> z, W
   double penalty = 0.0;
   try {
     penalty = run_.run(hypothesis, point, samples,
-                       guided ? slips_ : std::span<const std::int8_t>{}, work.columns,
+                       guided ? &slips_ : nullptr, work.columns,
                        jitters ? &work.stem : nullptr);
   } catch (const effects::EffectError&) {
     return -1e12;  // outside what the law accepts
@@ -243,7 +242,7 @@ std::vector<double> Likelihood::simulate(const Hypothesis& hypothesis, std::span
                                          const Extra* extra) const {
   const Point point = hypothesis.at(z);
   std::vector<double> columns[3];
-  run_.run(hypothesis, point, samples, {}, columns, nullptr);
+  run_.run(hypothesis, point, samples, nullptr, columns, nullptr);
   std::vector<double> pv(samples);
   for (std::size_t k = 0; k < samples; ++k) {
     pv[k] = run_.offset()[k] + solution.gain() * columns[0][k] +

@@ -12,7 +12,6 @@
 
 #include <Eigen/Dense>
 #include <cstddef>
-#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -45,10 +44,10 @@ struct Extra {
 
 class Likelihood {
  public:
-  // Uses the first `samples` samples. `slips`: of find_slips(), may be empty. All arguments must
+  // Uses the first `samples` samples. `slips`: of find_slips(). All arguments must
   // outlive it.
   Likelihood(const LoopFacts& loop, const LoopRun& run, const Observed& observed,
-             std::size_t samples, double noise_rms, std::span<const std::int8_t> slips);
+             std::size_t samples, double noise_rms, const Slips& slips);
 
   // Buffers of one thread.
   struct Work {
@@ -90,7 +89,7 @@ class Likelihood {
   double noise_rms_;
   Blocks blocks_;
   ErrorGrid errors_;
-  std::span<const std::int8_t> slips_;
+  const Slips& slips_;
   std::vector<double> pv_;                   // means, offset taken off
   std::vector<std::vector<double>> fixed_;   // means of the level and the decays
   std::vector<double> prior_;                // deviations of K', ln T, dead time and fixed ones

@@ -15,48 +15,14 @@ using effects::Block;
 using effects::EffectSpec;
 
 constexpr double kStep = 1e-3;  // of ln T, for the derivative
-
-effects::EffectChain chain_of(std::span<const EffectSpec> specs, Block block,
-                              const effects::EffectContext& context) {
-  effects::EffectChain chain;
-  for (const EffectSpec& spec : specs) {
-    const effects::Descriptor* info = effects::find_effect(spec.name);
-    if (info != nullptr && info->is_noise) continue;
-    effects::check_effect(spec, block, context);
-    chain.add(effects::make_effect(spec, context));
-  }
-  return chain;
-}
+constexpr double kShownStep = 0.02;  // of ln T, through effects that need not be linear
 
 int valve_rank(const EffectSpec& spec) {
   const effects::Descriptor* info = effects::find_effect(spec.name);
   return info != nullptr ? info->valve_rank : effects::Descriptor{}.valve_rank;
 }
 
-// Puts an effect of the valve at its place; it replaces one with the same name.
-void place_in_valve(std::vector<EffectSpec>& valve, EffectSpec spec) {
-  std::erase_if(valve, [&](const EffectSpec& s) { return s.name == spec.name; });
-  const auto after = std::find_if(valve.begin(), valve.end(), [&](const EffectSpec& s) {
-    return valve_rank(s) > valve_rank(spec);
-  });
-  valve.insert(after, std::move(spec));
-}
-
-// Adds friction and momentum of a healthy valve, unless an effect of the valve has them.
-void add_healthy_valve(std::vector<EffectSpec>& valve, const Point& point) {
-  if (point.actuator_frequency <= 0.0) return;
-  for (const EffectSpec& spec : valve) {
-    const effects::Descriptor* info = effects::find_effect(spec.name);
-    if (info != nullptr && info->healthy_valve != nullptr) return;
-  }
-  for (const effects::Descriptor& info : effects::effect_catalogue()) {
-    if (info.healthy_valve == nullptr) continue;
-    place_in_valve(valve, info.healthy_valve(point.friction, point.actuator_frequency,
-                                             point.actuator_damping));
-  }
-}
-
-EffectSpec with_momentum(const Candidate& term, EffectSpec spec, const Point& point) {
+EffectSpec with_momentum(const Law& term, EffectSpec spec, const Point& point) {
   if (term.with_momentum == nullptr || point.actuator_frequency <= 0.0) return spec;
   return term.with_momentum(std::move(spec), point.actuator_frequency, point.actuator_damping);
 }
@@ -72,6 +38,49 @@ void respond(const plant::ProcessParameters& process, std::span<const double> fl
 
 }  // namespace
 
+std::vector<LoopRun::Placed> LoopRun::always(const std::vector<EffectSpec>& specs) {
+  std::vector<Placed> out;
+  for (const EffectSpec& spec : specs) out.push_back({spec, {}});
+  return out;
+}
+
+// A law acts in its own way wherever it is placed, so its own first block is the one to check.
+effects::EffectChain LoopRun::chain_of(std::span<const Placed> placed,
+                                       const effects::EffectContext& context) {
+  effects::EffectChain chain;
+  for (const auto& [spec, schedule] : placed) {
+    const effects::Descriptor* info = effects::find_effect(spec.name);
+    if (info == nullptr || info->is_noise) continue;
+    effects::check_effect(spec, info->blocks.front(), context);
+    chain.add(effects::make_effect(spec, context), schedule);
+  }
+  return chain;
+}
+
+// Puts an effect of the valve at its place; it replaces one with the same name.
+void LoopRun::place_in_valve(std::vector<Placed>& valve, Placed placed) {
+  std::erase_if(valve, [&](const Placed& p) { return p.spec.name == placed.spec.name; });
+  const auto after = std::find_if(valve.begin(), valve.end(), [&](const Placed& p) {
+    return valve_rank(p.spec) > valve_rank(placed.spec);
+  });
+  valve.insert(after, std::move(placed));
+}
+
+// Adds friction and momentum of a healthy valve, unless an effect of the valve has them.
+void LoopRun::add_healthy_valve(std::vector<Placed>& valve, const Point& point) {
+  if (point.actuator_frequency <= 0.0) return;
+  for (const Placed& placed : valve) {
+    const effects::Descriptor* info = effects::find_effect(placed.spec.name);
+    if (info != nullptr && info->healthy_valve != nullptr) return;
+  }
+  for (const effects::Descriptor& info : effects::effect_catalogue()) {
+    if (info.healthy_valve == nullptr) continue;
+    place_in_valve(valve, {info.healthy_valve(point.friction, point.actuator_frequency,
+                                              point.actuator_damping),
+                           {}});
+  }
+}
+
 LoopRun::LoopRun(const LoopFacts& loop, std::vector<double> co)
     : loop_(loop),
       context_{.sample_time_s = loop.model.sample_time_s,
@@ -80,8 +89,8 @@ LoopRun::LoopRun(const LoopFacts& loop, std::vector<double> co)
                .pv_low = loop.model.transmitter.low,
                .pv_high = loop.model.transmitter.high},
       co_(std::move(co)),
-      disturbances_(chain_of(loop.model.disturbances, Block::disturbance, context_)),
-      transmitter_(chain_of(loop.model.transmitter_effects, Block::transmitter, context_)),
+      disturbances_(chain_of(always(loop.model.disturbances), context_)),
+      transmitter_(chain_of(always(loop.model.transmitter_effects), context_)),
       plain_(disturbances_.empty() && transmitter_.empty()) {
   const plant::ProcessParameters& process = loop.model.process;
   const double h = loop.model.sample_time_s;
@@ -123,12 +132,14 @@ void LoopRun::pass_transmitter(std::span<double> signal) const {
   }
 }
 
-std::vector<EffectSpec> LoopRun::valve_of(const Hypothesis& hypothesis, const Point& point) const {
-  std::vector<EffectSpec> valve = loop_.model.valve_effects;
+std::vector<LoopRun::Placed> LoopRun::valve_of(const Hypothesis& hypothesis,
+                                               const Point& point) const {
+  std::vector<Placed> valve = always(loop_.model.valve_effects);
   for (std::size_t i = 0; i < hypothesis.terms().size(); ++i) {
-    const Candidate& term = *hypothesis.terms()[i];
+    const Law& term = *hypothesis.terms()[i];
     if (term.block != Block::valve || !term.in_path()) continue;
-    place_in_valve(valve, with_momentum(term, term.effect(point.searched[i], {}), point));
+    place_in_valve(valve, {with_momentum(term, term.effect(point.searched[i], {}), point),
+                           point.schedules[i]});
   }
   add_healthy_valve(valve, point);
   return valve;
@@ -142,20 +153,26 @@ effects::EffectContext LoopRun::context_at(const Point& point) const {
 }
 
 LoopRun::Behind LoopRun::behind(const Hypothesis& hypothesis, const Point& point) const {
-  std::vector<EffectSpec> process_effects = loop_.model.process_effects;
-  std::vector<EffectSpec> transmitter_effects;
+  std::vector<Placed> process_effects = always(loop_.model.process_effects);
+  std::vector<Placed> transmitter_effects;
+  bool takes_dead_time = effects::takes_dead_time(loop_.model.process_effects);
   for (std::size_t i = 0; i < hypothesis.terms().size(); ++i) {
-    const Candidate& term = *hypothesis.terms()[i];
+    const Law& term = *hypothesis.terms()[i];
     if (!term.in_path() || term.block == Block::valve) continue;
+    EffectSpec spec = term.effect(point.searched[i], {});
+    takes_dead_time = takes_dead_time || effects::takes_dead_time({spec});
     (term.block == Block::process ? process_effects : transmitter_effects)
-        .push_back(term.effect(point.searched[i], {}));
+        .push_back({std::move(spec), point.schedules[i]});
   }
-  const effects::EffectContext context = context_at(point);
+  effects::EffectContext context = context_at(point);
   plant::ProcessParameters process = loop_.model.process;
   process.time_constant_s = point.time_constant_s;
-  process.dead_time_s = effects::takes_dead_time(process_effects) ? 0.0 : point.dead_time_s;
-  return {chain_of(process_effects, Block::process, context), process,
-          chain_of(transmitter_effects, Block::transmitter, context)};
+  process.dead_time_s = takes_dead_time ? 0.0 : point.dead_time_s;
+  effects::EffectChain in_process = chain_of(process_effects, context);
+  // In the transmitter a law of the valve acts on the range of PV.
+  context.output_low = context.pv_low;
+  context.output_high = context.pv_high;
+  return {std::move(in_process), process, chain_of(transmitter_effects, context)};
 }
 
 std::vector<double> LoopRun::response(const Hypothesis& hypothesis, const Point& point,
@@ -171,14 +188,36 @@ std::vector<double> LoopRun::response(const Hypothesis& hypothesis, const Point&
   return flow;
 }
 
+// Passes z through effects that need not be linear, and takes the derivatives by differences.
+void LoopRun::show(const effects::EffectChain& chain, std::vector<double> (&columns)[3]) const {
+  const double h = context_.sample_time_s;
+  const auto shown = [&](std::vector<double> signal) {
+    effects::EffectChain own = chain;
+    signal[0] = own.reset(signal[0], 0.0);
+    own.run(std::span<double>(signal).subspan(1), h, h);
+    return signal;
+  };
+  const std::vector<double> z = columns[Columns::kGain];
+  columns[Columns::kGain] = shown(z);
+  for (const std::size_t i : {Columns::kLag, Columns::kDeadTime}) {
+    const double step = i == Columns::kLag ? kShownStep : h;
+    std::vector<double> moved = z;
+    for (std::size_t k = 0; k < z.size(); ++k) moved[k] += step * columns[i][k];
+    columns[i] = shown(std::move(moved));
+    for (std::size_t k = 0; k < z.size(); ++k) {
+      columns[i][k] = (columns[i][k] - columns[Columns::kGain][k]) / step;
+    }
+  }
+}
+
 double LoopRun::run(const Hypothesis& hypothesis, const Point& point, std::size_t samples,
-                    std::span<const std::int8_t> slips, std::vector<double> (&columns)[3],
+                    const Slips* slips, std::vector<double> (&columns)[3],
                     std::vector<double>* stem) const {
   const double h = context_.sample_time_s;
   const effects::EffectContext context = context_at(point);
 
   // Valve. flow[k] is driven by CO held since sample k - 1.
-  const std::vector<EffectSpec> valve = valve_of(hypothesis, point);
+  const std::vector<Placed> valve = valve_of(hypothesis, point);
   std::vector<double>& flow = columns[0];
   flow.resize(samples);
   const std::span<double> moves(flow.data() + 1, samples - 1);
@@ -191,20 +230,20 @@ double LoopRun::run(const Hypothesis& hypothesis, const Point& point, std::size_
     chain.run(moves, 0.0, h);
   };
   const bool offset = point.start_offset != 0.0;
-  if (hypothesis.sticking() == Hypothesis::npos || slips.empty()) {
-    effects::EffectChain chain = chain_of(valve, Block::valve, context);
+  if (hypothesis.sticking() == Hypothesis::npos || slips == nullptr) {
+    effects::EffectChain chain = chain_of(valve, context);
     run_chain(chain, rest, offset);
   } else {
-    const auto sticks = std::find_if(valve.begin(), valve.end(), [](const EffectSpec& s) {
-      const effects::Descriptor* info = effects::find_effect(s.name);
+    const auto sticks = std::find_if(valve.begin(), valve.end(), [](const Placed& p) {
+      const effects::Descriptor* info = effects::find_effect(p.spec.name);
       return info->healthy_valve != nullptr;
     });
-    effects::EffectChain before = chain_of({valve.begin(), sticks}, Block::valve, context);
-    effects::EffectChain after = chain_of({sticks + 1, valve.end()}, Block::valve, context);
+    effects::EffectChain before = chain_of({valve.begin(), sticks}, context);
+    effects::EffectChain after = chain_of({sticks + 1, valve.end()}, context);
     flow[0] = before.reset(rest, 0.0);
     before.run(moves, 0.0, h);
-    const effects::StictionParameters friction{sticks->parameters.at("s"),
-                                               sticks->parameters.at("j")};
+    const effects::StictionParameters friction{sticks->spec.parameters.at("s"),
+                                               sticks->spec.parameters.at("j")};
     effects::StictionInertial law(
         friction, {point.actuator_frequency, point.actuator_damping}, h,
         {context.output_low, context.output_high});
@@ -213,7 +252,7 @@ double LoopRun::run(const Hypothesis& hypothesis, const Point& point, std::size_
     // The slips were found with the dead time of the model.
     const double later_s = point.dead_time_s - loop_.model.process.dead_time_s +
                            2.0 * point.actuator_damping / point.actuator_frequency;
-    penalty = follow_slips(law, friction.static_friction(), slips,
+    penalty = follow_slips(law, friction.static_friction(), *slips,
                            static_cast<std::ptrdiff_t>(std::lround(later_s / h)), moves);
     flow[0] = after.reset(flow[0], 0.0);
     after.run(moves, 0.0, h);
@@ -241,19 +280,14 @@ double LoopRun::run(const Hypothesis& hypothesis, const Point& point, std::size_
     columns[Columns::kLag][k] = (columns[Columns::kLag][k] - z[k]) / kStep;
     later[k] = (z[k - 1] - z[k]) / h;
   }
-  for (auto& column : columns) {
-    pass_transmitter(column);
-    if (behind.transmitter.empty()) continue;
-    effects::EffectChain chain = behind.transmitter;
-    column[0] = chain.reset(column[0], 0.0);
-    chain.run(std::span<double>(column).subspan(1), h, h);
-  }
+  if (!behind.transmitter.empty()) show(behind.transmitter, columns);
+  for (auto& column : columns) pass_transmitter(column);
   return penalty;
 }
 
 void LoopRun::solved(const Hypothesis& hypothesis, const Point& point, std::size_t term,
                      std::size_t samples, std::vector<std::vector<double>>& columns) const {
-  const Candidate& candidate = *hypothesis.terms()[term];
+  const Law& candidate = *hypothesis.terms()[term];
   columns.resize(candidate.columns);
   for (auto& column : columns) column.assign(samples, 1.0);
   if (candidate.fill != nullptr) {
@@ -273,17 +307,20 @@ plant::LoopModel LoopRun::corrected(const Hypothesis& hypothesis, const Point& p
   if (!model.process.integrating()) {
     model.process.level = model.process.level.value_or(0.0) + level;
   }
+  std::vector<Placed> valve = always(model.valve_effects);
   for (std::size_t i = 0; i < hypothesis.terms().size(); ++i) {
-    const Candidate& term = *hypothesis.terms()[i];
+    const Law& term = *hypothesis.terms()[i];
     EffectSpec spec = with_momentum(term, term.effect(point.searched[i], solved[i]), point);
     switch (term.block) {
-      case Block::valve: place_in_valve(model.valve_effects, std::move(spec)); break;
+      case Block::valve: place_in_valve(valve, {std::move(spec), {}}); break;
       case Block::process: model.process_effects.push_back(std::move(spec)); break;
       case Block::transmitter: model.transmitter_effects.push_back(std::move(spec)); break;
       case Block::disturbance: model.disturbances.push_back(std::move(spec)); break;
       case Block::controller: break;
     }
   }
+  model.valve_effects.clear();
+  for (Placed& placed : valve) model.valve_effects.push_back(std::move(placed.spec));
   return model;
 }
 

@@ -14,13 +14,13 @@
 // since sample k. CO before the record is unknown: the first dead time of PV counts for nothing.
 #pragma once
 
-#include <cstdint>
 #include <span>
 #include <vector>
 
 #include "model/effects/effect.hpp"
 #include "model/estimator/blocks.hpp"
 #include "model/estimator/hypothesis.hpp"
+#include "model/estimator/slips.hpp"
 
 namespace loopwarden::estimator {
 
@@ -43,9 +43,9 @@ class LoopRun {
   const std::vector<std::vector<double>>& fixed() const noexcept { return fixed_; }
 
   // Fills in z, zT and zL, of `samples` samples. A sticking stem follows `slips` unless they are
-  // empty. Returns the penalty of the slips, nats. `stem`, if not null, receives the travel.
+  // null. Returns the penalty of the slips, nats. `stem`, if not null, receives the travel.
   double run(const Hypothesis& hypothesis, const Point& point, std::size_t samples,
-             std::span<const std::int8_t> slips, std::vector<double> (&columns)[3],
+             const Slips* slips, std::vector<double> (&columns)[3],
              std::vector<double>* stem) const;
   // The response of PV, at the gain of the model, to a flow that leaves the valve.
   std::vector<double> response(const Hypothesis& hypothesis, const Point& point,
@@ -59,9 +59,18 @@ class LoopRun {
                              double level, const std::vector<std::vector<double>>& solved) const;
 
  private:
-  std::vector<effects::EffectSpec> valve_of(const Hypothesis& hypothesis,
-                                            const Point& point) const;
+  struct Placed {
+    effects::EffectSpec spec;
+    effects::Schedule schedule;
+  };
+  static std::vector<Placed> always(const std::vector<effects::EffectSpec>& specs);
+  static effects::EffectChain chain_of(std::span<const Placed> placed,
+                                       const effects::EffectContext& context);
+  static void place_in_valve(std::vector<Placed>& valve, Placed placed);
+  static void add_healthy_valve(std::vector<Placed>& valve, const Point& point);
+  std::vector<Placed> valve_of(const Hypothesis& hypothesis, const Point& point) const;
   void pass_transmitter(std::span<double> signal) const;
+  void show(const effects::EffectChain& chain, std::vector<double> (&columns)[3]) const;
   // Effects between valve and PV, of the model and of the hypothesis.
   struct Behind {
     effects::EffectChain process;

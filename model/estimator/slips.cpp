@@ -53,12 +53,23 @@ std::vector<double> stem_of(const Observed& observed, const LoopFacts& loop, std
   return stem;
 }
 
+// The smallest move of CO between neighbours, CO units.
+double step_of(const std::vector<double>& co, std::size_t samples) {
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t k = 1; k < samples; ++k) {
+    const double move = std::abs(co[k] - co[k - 1]);
+    if (move > 0.0) least = std::min(least, move);
+  }
+  return std::isfinite(least) ? least : 0.0;
+}
+
 }  // namespace
 
 Slips find_slips(const Observed& observed, const LoopFacts& loop, std::size_t samples,
                  double noise_rms) {
   Slips out;
   out.direction.assign(samples, 0);
+  out.rounding = step_of(observed.co, samples) / std::sqrt(12.0);
   const Window w = window_of(loop, observed.period_s);
   if (samples < 8 * w.reach + w.delay) return out;
   const std::vector<double> stem = stem_of(observed, loop, samples, w);
@@ -108,13 +119,16 @@ Slips find_slips(const Observed& observed, const LoopFacts& loop, std::size_t sa
   return out;
 }
 
-double follow_slips(effects::StictionInertial& law, double static_friction,
-                    std::span<const std::int8_t> direction, std::ptrdiff_t later,
-                    std::span<double> stem) noexcept {
+double follow_slips(effects::StictionInertial& law, double static_friction, const Slips& slips,
+                    std::ptrdiff_t later, std::span<double> stem) noexcept {
+  const std::vector<std::int8_t>& direction = slips.direction;
   const auto shown_at = [&](std::size_t k) {
     const std::ptrdiff_t at = static_cast<std::ptrdiff_t>(k) + later;
     return at >= 0 && at < std::ssize(direction) ? direction[static_cast<std::size_t>(at)] : 0;
   };
+  const double early = std::min(0.9, kLimits.early + 2.0 * slips.rounding / static_friction);
+  const double varies =
+      std::hypot(kLimits.friction_varies * static_friction, slips.rounding);  // CO units
   double penalty = 0.0;
   double last = 0.0;  // force at the previous sample of the same rest
   for (std::size_t k = 0; k < stem.size(); ++k) {
@@ -122,7 +136,7 @@ double follow_slips(effects::StictionInertial& law, double static_friction,
     const bool rested = law.at_rest();
     const int way = shown_at(k);
     const bool shown = way != 0 && (way > 0) == (force > 0.0);
-    const double share = shown ? 1.0 - kLimits.early : 1.0 + kLimits.early;
+    const double share = shown ? 1.0 - early : 1.0 + early;
     stem[k] = law.step_with_friction(stem[k], share);
     if (!rested) continue;
     const double size = std::abs(force);
@@ -134,7 +148,7 @@ double follow_slips(effects::StictionInertial& law, double static_friction,
     const double off = size < static_friction ? size - static_friction
                                               : std::max(0.0, std::min(last, size) -
                                                                   static_friction);
-    const double deviations = off / (kLimits.friction_varies * static_friction);
+    const double deviations = off / varies;
     penalty += 0.5 * deviations * deviations;
     last = 0.0;
   }

@@ -8,10 +8,11 @@
 //   x^(k) = (mean of y + T times slope of y) / K     over k - w ... k + w, shifted by the dead time
 //   jump at k: |x^(k + 2w) - x^(k - 2w)| has a local maximum above max(6 deviations, 0.4 % of CO)
 //   a resting stem slips at (1 - e) fs if PV shows a jump in this direction, at (1 + e) fs otherwise
-//   penalty  sum of ((F - fs) / (r fs))^2 / 2   over the slips at a force F that is not fs, nats
+//   penalty  sum of (F - fs)^2 / (2 v)   over the slips at a force F that is not fs, nats
+//   e = kLimits.early + 2 d / fs     v = (kLimits.friction_varies fs)^2 + d^2
 //
 //   x^  stem, CO units     y  PV     K, T  gain and time constant     w  window, samples
-//   fs  static friction, CO units     e  kLimits.early     r  kLimits.friction_varies
+//   fs  static friction, CO units     d  standard deviation of the rounding of CO, CO units
 //
 // The law of the stem is that of effects/stiction/stiction_inertial.hpp.
 #pragma once
@@ -31,16 +32,16 @@ struct Slips {
   std::size_t count = 0;               // jumps while CO hardly moves
   double static_friction = 0.0;        // CO units, median force before them
   double remaining = 0.0;              // median force after them over that before
+  double rounding = 0.0;               // CO units, d
 };
 
 // From the first `samples` samples.
 Slips find_slips(const Observed& observed, const LoopFacts& loop, std::size_t samples,
                  double noise_rms);
 
-// Steps a stem whose slips follow `direction`, read `later` samples later. `stem` holds the force
+// Steps a stem whose slips follow those of PV, read `later` samples later. `stem` holds the force
 // on input, in CO units, and the position on output. Returns the penalty, nats.
-double follow_slips(effects::StictionInertial& law, double static_friction,
-                    std::span<const std::int8_t> direction, std::ptrdiff_t later,
-                    std::span<double> stem) noexcept;
+double follow_slips(effects::StictionInertial& law, double static_friction, const Slips& slips,
+                    std::ptrdiff_t later, std::span<double> stem) noexcept;
 
 }  // namespace loopwarden::estimator

@@ -19,7 +19,8 @@ struct Case {
   Observed observed = estimator_test::record_of(model, estimator_test::moving_output(900));
   LoopFacts loop{plant::without_noise(model)};
   LoopRun run{loop, observed.co};
-  Likelihood likelihood{loop, run, observed, 600, 0.02, {}};
+  Slips slips;
+  Likelihood likelihood{loop, run, observed, 600, 0.02, slips};
 };
 
 }  // namespace
@@ -35,7 +36,7 @@ TEST_CASE("the free run is that of the simulated plant", "[estimator][likelihood
   const Hypothesis none(loop, {});
   const std::vector<double> z(none.layout().size, 0.5);
   std::vector<double> columns[3];
-  run.run(none, none.at(z), 600, {}, columns, nullptr);
+  run.run(none, none.at(z), 600, nullptr, columns, nullptr);
   for (std::size_t k = 0; k < 600; k += 37) {
     CHECK(columns[0][k] + run.offset()[k] == Approx(observed.pv[k]).margin(1e-9));
   }
@@ -48,9 +49,9 @@ TEST_CASE("the derivatives are those of the time constant and the dead time",
   const std::vector<double> z(none.layout().size, 0.5);
   Point point = none.at(z);
   std::vector<double> at[3], moved[3];
-  c.run.run(none, point, 600, {}, at, nullptr);
+  c.run.run(none, point, 600, nullptr, at, nullptr);
   point.time_constant_s *= 1.01;
-  c.run.run(none, point, 600, {}, moved, nullptr);
+  c.run.run(none, point, 600, nullptr, moved, nullptr);
   double error = 0.0;
   double size = 0.0;
   for (std::size_t k = 0; k < 600; ++k) {
@@ -60,7 +61,7 @@ TEST_CASE("the derivatives are those of the time constant and the dead time",
   CHECK(error < 1e-3 * size);
   point = none.at(z);
   point.dead_time_s += 0.1;
-  c.run.run(none, point, 600, {}, moved, nullptr);
+  c.run.run(none, point, 600, nullptr, moved, nullptr);
   for (std::size_t k = 50; k < 600; k += 29) {
     CHECK(moved[0][k] - at[0][k] == Approx(0.1 * at[Columns::kDeadTime][k]).margin(1e-9));
   }
@@ -103,7 +104,7 @@ TEST_CASE("a missing sample changes nothing but itself", "[estimator][likelihood
     holes.used[k] = false;
     holes.pv[k] = 1e6;
   }
-  const Likelihood with_holes(c.loop, c.run, holes, 600, 0.02, {});
+  const Likelihood with_holes(c.loop, c.run, holes, 600, 0.02, c.slips);
   const Hypothesis none(c.loop, {});
   std::vector<double> z(none.layout().size, 0.5);
   Likelihood::Work work;

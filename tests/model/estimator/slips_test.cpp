@@ -45,11 +45,12 @@ TEST_CASE("a stem slips where PV shows it", "[estimator][slips]") {
     law.reset(0.0);
     std::vector<double> force;
     for (int k = 0; k < 200; ++k) force.push_back(0.01 * k);
-    std::vector<std::int8_t> direction(200, 0);
+    Slips slips;
+    slips.direction.assign(200, 0);
     for (std::size_t k = shown_at; k < std::min<std::size_t>(shown_at + 5, 200); ++k) {
-      direction[k] = 1;
+      slips.direction[k] = 1;
     }
-    penalty = follow_slips(law, friction.static_friction(), direction, 0, force);
+    penalty = follow_slips(law, friction.static_friction(), slips, 0, force);
     std::size_t first = 0;
     while (first < force.size() && force[first] < 0.1) ++first;
     return first;
