@@ -12,7 +12,7 @@
 namespace loopwarden::estimator {
 namespace {
 
-constexpr std::size_t kPolished = 6;        // singles that are searched again
+constexpr std::size_t kPolished = 7;        // singles that are searched again
 constexpr std::size_t kParents = 3;         // singles from which pairs grow
 constexpr std::size_t kChildren = 3;        // pairs of each that are searched
 constexpr double kParentLead = 8.0;         // nats above the model

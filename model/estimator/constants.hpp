@@ -38,9 +38,9 @@ struct Limits {
   double healthy_friction = 0.003;    // of the CO span
 
   // Search (population.hpp).
-  std::size_t members = 32;
-  std::size_t jumping_members = 64;
-  double kept = 0.3;                  // effective share of the members after a step
+  std::size_t members = 24;
+  std::size_t jumping_members = 48;
+  double kept = 0.25;                 // effective share of the members after a step
 
   // Competition (competition.hpp), nats.
   double first_lead = 5.0;            // Kass and Raftery (1995): very strong

@@ -100,11 +100,8 @@ class Estimator {
       out.ranked.push_back(rank(competition_.fits[i], weight[i]));
       out.posterior.emplace_back(competition_.fits[i].hypothesis.title(), weight[i]);
     }
-    const Flexible flexible = flexible_law(likelihood_, chosen, observed_.pv.size());
-    out.flexible = flexible.family;
-    out.flexible_lead = flexible.lead;
-    if (!flexible.pv.empty()) out.with_flexible = errors_of(flexible.pv);
-
+    out.chosen = chosen.hypothesis.title();
+    out.chosen_left = out.after;
     const bool names = !chosen.hypothesis.terms().empty();
     if (!explained(out, chosen)) {
       out.verdict = Verdict::unexplained;
@@ -149,7 +146,11 @@ class Estimator {
     const Fit& chosen = choose();
     out.pv_after = run_of(representative(chosen));
     out.after = errors_of(out.pv_after);
-    out.floor = floor_of(chosen, out.before.holdout);
+    const Flexible flexible = flexible_law(likelihood_, chosen, observed_.pv.size());
+    out.flexible = flexible.family;
+    out.flexible_lead = flexible.lead;
+    out.with_flexible = flexible.pv.empty() ? out.after : errors_of(flexible.pv);
+    out.floor = floor_of(chosen, flexible.disturbance, out.before.holdout);
     out.closed = closed(out.before.holdout, out.after.holdout);
     return chosen;
   }
@@ -252,7 +253,7 @@ class Estimator {
     start.mean.erase(start.mean.begin() + jitter);
     start.deviation.erase(start.deviation.begin() + jitter);
     Likelihood::Work work;
-    Fit out{law, search(likelihood_, law, start, {64, 2, 3}, 11, work), {}, fit.score};
+    Fit out{law, search(likelihood_, law, start, {96, 2, 3}, 11, work), {}, fit.score};
     // Of members that are as likely, the one with the least error of its free run.
     double least = 1e300;
     std::size_t best = out.population.best;
@@ -277,12 +278,15 @@ class Estimator {
   }
 
   // Noise, the disturbance and the law's own error of a free run, PV units.
-  double floor_of(const Fit& fit, double before) const {
+  // Noise, the disturbance and the law's own error of a free run, PV units. What a law without a
+  // name explains is no disturbance.
+  double floor_of(const Fit& fit, double with_flexible, double before) const {
     const Point point = fit.hypothesis.at(fit.population.top().z);
     const ErrorSize size =
         likelihood_.errors().size_at(likelihood_.errors().index(point.disturbance, point.law));
     const double returns_s = std::min(300.0, likelihood_.blocks().duration_s());
-    const double disturbance = size.disturbance * std::sqrt(0.5 * returns_s);
+    const double disturbance =
+        std::min(size.disturbance, with_flexible) * std::sqrt(0.5 * returns_s);
     const double law = std::min(size.law, kLimits.law_share * before);
     return std::sqrt(noise_rms_ * noise_rms_ + disturbance * disturbance + law * law);
   }

@@ -66,6 +66,8 @@ struct Estimate {
   double noise_rms = 0.0;  // PV units
   double floor = 0.0;      // PV units: noise, disturbance and law
   double closed = 0.0;     // share of the gap, last third
+  std::string chosen;   // hypothesis that was tested against the floor
+  Errors chosen_left;
   // What a law without a name explains beyond the chosen hypothesis.
   std::string flexible;
   double flexible_lead = 0.0;  // nats

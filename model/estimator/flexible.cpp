@@ -182,6 +182,13 @@ Flexible flexible_law(const Likelihood& likelihood, const Fit& fit, std::size_t 
       {kStatic, kDynamic, kByState},
       {kStatic, kHysteretic, kDynamic, kByState, kGainByTime, kMeterPlay}};
   Flexible out;
+  const auto disturbance_at = [&](const std::vector<double>& z) {
+    const Point point = fit.hypothesis.at(z);
+    return likelihood.errors()
+        .size_at(likelihood.errors().index(point.disturbance, point.law))
+        .disturbance;
+  };
+  out.disturbance = disturbance_at(fit.population.top().z);
   double best = fit.log_likelihood();
   for (const std::vector<Family>& set : sets) {
     Extra extra;
@@ -197,6 +204,7 @@ Flexible flexible_law(const Likelihood& likelihood, const Fit& fit, std::size_t 
     if (member.log_likelihood <= best) continue;
     best = member.log_likelihood;
     out.lead = best - fit.log_likelihood();
+    out.disturbance = disturbance_at(member.z);
     out.family.clear();
     for (const Family family : set) {
       out.family += (out.family.empty() ? "" : " + ") + std::string(kFamilies[family]);

@@ -16,11 +16,25 @@ std::size_t bin_of(double z, std::size_t bins) noexcept {
   return std::min(bin, bins - 1);
 }
 
-effects::SearchRange actuator_frequency(const plant::LoopModel& model) {
-  const double fastest = 0.9 * std::numbers::pi / model.sample_time_s;
+// Up to the fastest that sampling shows, rad/s.
+double fastest_actuator(const plant::LoopModel& model) {
+  return 0.9 * std::numbers::pi / model.sample_time_s;
+}
+
+double slowest_actuator(const plant::LoopModel& model) {
   const double slow_s = std::max(plant::answer_s(model), model.sample_time_s);
-  const double slowest = 1.0 / std::min(effects::kFastActuator_s, effects::kFastActuator * slow_s);
-  return {"natural_frequency", std::min(slowest, 0.5 * fastest), fastest, true, 1};
+  return 1.0 / std::min(effects::kFastActuator_s, effects::kFastActuator * slow_s);
+}
+
+effects::SearchRange actuator_frequency(const plant::LoopModel& model) {
+  const double fastest = fastest_actuator(model);
+  return {"natural_frequency", std::min(slowest_actuator(model), 0.5 * fastest), fastest, true, 1};
+}
+
+// An actuator that is faster than the sampling shows no ringing.
+effects::SearchRange actuator_damping(const plant::LoopModel& model) {
+  const bool shown = slowest_actuator(model) < 0.5 * fastest_actuator(model);
+  return {"damping", shown ? 0.05 : 0.6, 2.0, true, 1};
 }
 
 }  // namespace
@@ -33,7 +47,7 @@ LoopFacts::LoopFacts(const plant::LoopModel& given)
       answer_s(std::max(plant::answer_s(given), given.sample_time_s)),
       pv_span(given.transmitter.span()),
       co_span(given.controller.pid.output_span()),
-      damping{"damping", 0.05, 2.0, true, 1},
+      damping(actuator_damping(given)),
       frequency(actuator_frequency(given)),
       friction{"friction", 1e-4 * co_span, kLimits.healthy_friction * co_span, true, 1},
       time_factor{"time_constant", 0.25, 4.0, true, 1},
