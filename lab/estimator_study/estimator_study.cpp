@@ -128,8 +128,8 @@ json answer_of_new(const gap::Record& record, const plant::LoopModel& model,
     fmt::print("   chosen {}: left {:.4g} {:.4g}\n", e.chosen, e.chosen_left.training, e.chosen_left.holdout);
     fmt::print("   flexible {}: {:.1f} nats, left {:.4g} {:.4g}\n", e.flexible, e.flexible_lead,
                e.with_flexible.training, e.with_flexible.holdout);
-    fmt::print("   noise {:.4g} floor {:.4g} before {:.4g} {:.4g} after {:.4g} {:.4g} evals {}\n",
-               e.noise_rms, e.floor, e.before.training, e.before.holdout, e.after.training,
+    fmt::print("   noise {:.4g} floor {:.4g} law {:.4g} before {:.4g} {:.4g} after {:.4g} {:.4g} evals {}\n",
+               e.noise_rms, e.floor, e.law_error, e.before.training, e.before.holdout, e.after.training,
                e.after.holdout, e.evaluations);
   }
   return out;

@@ -54,6 +54,7 @@ struct Limits {
   double law_missing = 0.01;          // relative error of a parameter by the law
   double law_share = 0.15;            // of the gap: the most that the law's own error may be
   double most_confidence = 0.99;
+  double most_inexact = 0.89;         // if only the law's own error explains what is left
   double most_learned = 0.89;         // a law without a name can't be right or wrong
   double floors = 2.5;                // remaining error of a right name, in floors
 };

@@ -150,7 +150,8 @@ class Estimator {
     out.flexible = flexible.family;
     out.flexible_lead = flexible.lead;
     out.with_flexible = flexible.pv.empty() ? out.after : errors_of(flexible.pv);
-    out.floor = floor_of(chosen, flexible.disturbance, out.before.holdout);
+    out.floor = floor_of(chosen, flexible.disturbance);
+    out.law_error = law_error_of(chosen, out.before.holdout);
     out.closed = closed(out.before.holdout, out.after.holdout);
     return chosen;
   }
@@ -277,27 +278,40 @@ class Estimator {
     return gap > 0.0 ? (before * before - after * after) / gap : 0.0;
   }
 
-  // Noise, the disturbance and the law's own error of a free run, PV units.
-  // Noise, the disturbance and the law's own error of a free run, PV units. What a law without a
-  // name explains is no disturbance.
-  double floor_of(const Fit& fit, double with_flexible, double before) const {
-    const Point point = fit.hypothesis.at(fit.population.top().z);
-    const ErrorSize size =
-        likelihood_.errors().size_at(likelihood_.errors().index(point.disturbance, point.law));
+  // Noise and disturbance of a free run, PV units. What a law without a name explains is no
+  // disturbance.
+  double floor_of(const Fit& fit, double with_flexible) const {
     const double returns_s = std::min(300.0, likelihood_.blocks().duration_s());
     const double disturbance =
-        std::min(size.disturbance, with_flexible) * std::sqrt(0.5 * returns_s);
-    const double law = std::min(size.law, kLimits.law_share * before);
-    return std::sqrt(noise_rms_ * noise_rms_ + disturbance * disturbance + law * law);
+        std::min(size_of(fit).disturbance, with_flexible) * std::sqrt(0.5 * returns_s);
+    return std::hypot(noise_rms_, disturbance);
   }
 
+  // The error of the law itself, PV units: a part of the gap at most.
+  double law_error_of(const Fit& fit, double before) const {
+    const double law = std::hypot(
+        size_of(fit).law,
+        likelihood_.jump_error(fit.hypothesis, fit.population.top().z));
+    return std::min(law, kLimits.law_share * before);
+  }
+
+  ErrorSize size_of(const Fit& fit) const {
+    const Point point = fit.hypothesis.at(fit.population.top().z);
+    return likelihood_.errors().size_at(
+        likelihood_.errors().index(point.disturbance, point.law));
+  }
+
+  // Whether a free run leaves no more than `floor` allows.
+  bool within(double left, double floor) const {
+    return left <= kLimits.floors * floor || left <= kLeastEffect * loop_.pv_span;
+  }
   bool explained(const Estimate& out, const Fit& fit) const {
-    const double left = fit.hypothesis.terms().empty() ? out.before.holdout : out.after.holdout;
-    return left <= kLimits.floors * out.floor || left <= kLeastEffect * loop_.pv_span;
+    if (fit.hypothesis.terms().empty()) return within(out.before.holdout, out.floor);
+    return within(out.after.holdout, std::hypot(out.floor, out.law_error));
   }
 
   void name(Estimate& out, const Fit& chosen, const std::vector<double>& weight) const {
-    const auto within = intervals(likelihood_, chosen);
+    const auto ranges = intervals(likelihood_, chosen);
     const Point point = chosen.hypothesis.at(chosen.population.top().z);
     const auto solved = chosen.solution.solved(chosen.hypothesis, likelihood_.fixed());
     for (std::size_t i = 0; i < chosen.hypothesis.terms().size(); ++i) {
@@ -308,11 +322,15 @@ class Estimator {
         if (other.contains(term.name) && other.named() == term.named) confidence += weight[h];
       }
       Found found{term.effect(point.searched[i], solved[i]), term.block,
-                  std::min(confidence, kLimits.most_confidence), within[i], {}};
+                  std::min(confidence, kLimits.most_confidence), ranges[i], {}};
       if (!term.named) {
         found.description = term.description();
         found.spec.name = "learned";
         found.confidence = std::min(found.confidence, kLimits.most_learned);
+      }
+      // Only the law's own error explains what is left.
+      if (!this->within(out.after.holdout, out.floor)) {
+        found.confidence = std::min(found.confidence, kLimits.most_inexact);
       }
       out.effects.push_back(std::move(found));
     }

@@ -64,7 +64,8 @@ struct Estimate {
   std::vector<Ranked> ranked;
   Errors before, after;
   double noise_rms = 0.0;  // PV units
-  double floor = 0.0;      // PV units: noise, disturbance and law
+  double floor = 0.0;      // PV units: noise and disturbance
+  double law_error = 0.0;  // PV units: of the law itself
   double closed = 0.0;     // share of the gap, last third
   std::string chosen;   // hypothesis that was tested against the floor
   Errors chosen_left;

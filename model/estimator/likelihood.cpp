@@ -237,6 +237,16 @@ double Likelihood::of(const Hypothesis& hypothesis, std::span<const double> z, W
   return log_likelihood;
 }
 
+double Likelihood::jump_error(const Hypothesis& hypothesis, std::span<const double> z) const {
+  const Point point = hypothesis.at(z);
+  if (!hypothesis.jumps() || point.jitter <= 0.0) return 0.0;
+  Work work;
+  run_.run(hypothesis, point, blocks_.samples(), &slips_, work.columns, &work.stem);
+  std::vector<double> variance(blocks_.count());
+  add_jumps(point, work.stem, variance);
+  return std::sqrt(numeric::mean(variance));
+}
+
 std::vector<double> Likelihood::simulate(const Hypothesis& hypothesis, std::span<const double> z,
                                          const Solution& solution, std::size_t samples,
                                          const Extra* extra) const {

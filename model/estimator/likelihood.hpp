@@ -67,6 +67,9 @@ class Likelihood {
                                const Solution& solution, std::size_t samples,
                                const Extra* extra = nullptr) const;
 
+  // Rms error of PV by the moments of the jumps, PV units; 0 if the hypothesis has none.
+  double jump_error(const Hypothesis& hypothesis, std::span<const double> z) const;
+
   const LoopFacts& loop() const noexcept { return loop_; }
   const LoopRun& run() const noexcept { return run_; }
   const Blocks& blocks() const noexcept { return blocks_; }
