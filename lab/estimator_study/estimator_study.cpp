@@ -22,6 +22,8 @@
 #include "lab/program/share.hpp"
 #include "model/estimator/estimate.hpp"
 #include "model/gap/check.hpp"
+#include "model/gap/controller.hpp"
+#include "model/gap/say.hpp"
 #include "model/gap/workflow.hpp"
 #include "record/record_csv.hpp"
 
@@ -117,6 +119,25 @@ json answer_of_new(const gap::Record& record, const plant::LoopModel& model,
                               {"intervals", intervals},
                               {"description", f.description}});
   }
+  // The parts of model/gap that are no fit of the plant.
+  const auto add = [&](const effects::EffectSpec& spec, double confidence) {
+    if (std::find(arguments.without.begin(), arguments.without.end(), spec.name) !=
+        arguments.without.end()) {
+      return;
+    }
+    out["effects"].push_back({{"name", spec.name},
+                              {"confidence", confidence},
+                              {"parameters", spec.parameters},
+                              {"intervals", json::object()}});
+    out["verdict"] = "missing_effect";
+  };
+  for (const gap::FoundEffect& found : gap::describe_reading(checked.reading, model)) {
+    add(found.spec, found.confidence);
+  }
+  if (!checked.closed_loop) {
+    const gap::ControllerFinding c = gap::compare_controller(checked.record, checked.model);
+    if (c.mismatch) add({"controller_mismatch", {{"kp", c.kp}, {"ki", c.ki}}}, 0.97);
+  }
   if (arguments.verbose) {
     std::size_t printed = 0;
     for (const estimator::Ranked& r : e.ranked) {
@@ -175,6 +196,8 @@ int run(const Arguments& arguments) {
   Coverage coverage;
   int outside_wrong = 0;
   int outside_sure = 0;
+  int outside_learned = 0;
+  int outside_named = 0;
   for (const std::string& folder : arguments.cases) {
     for (const CaseFiles& files : gap_study::find_cases(folder)) {
       if (!arguments.only.empty() &&
@@ -202,6 +225,14 @@ int run(const Arguments& arguments) {
       gap_study::ScoredCase one{files.truth, parsed,
                                 gap_study::score_case(files.truth, parsed)};
       count_coverage(files.truth, answer, coverage);
+      const bool learned = !parsed.effects.empty() && parsed.effects[0].name == "learned";
+      if (learned && one.score.kind == gap_study::Kind::kOutside) {
+        one.score.right = true;
+        ++outside_learned;
+      } else if (one.score.kind == gap_study::Kind::kOutside && one.score.right &&
+                 parsed.verdict == "missing_effect") {
+        ++outside_named;
+      }
       if (one.score.kind == gap_study::Kind::kOutside && !one.score.right && one.score.counts &&
           parsed.verdict == "missing_effect") {
         ++outside_wrong;
@@ -245,8 +276,9 @@ int run(const Arguments& arguments) {
   fmt::print("  singles named, no second name   {} of {}\n", s.single_right.hits, s.single_right.of);
   fmt::print("  pairs, both and no third        {} of {}\n", s.pair_right.hits, s.pair_right.of);
   fmt::print("  none hidden, named              {} of {}\n", s.none_named.hits, s.none_named.of);
-  fmt::print("  outside: right or unexplained   {} of {}; wrong {}, at 0.9 {}\n",
-             s.outside_unexplained.hits, s.outside_unexplained.of, outside_wrong, outside_sure);
+  fmt::print("  outside: right or unexplained   {} of {} (named {}, learned {}); wrong {}, at 0.9 {}\n",
+             s.outside_unexplained.hits, s.outside_unexplained.of, outside_named,
+             outside_learned, outside_wrong, outside_sure);
   fmt::print("  names at 0.9 right              {} of {}\n", s.confident_right.hits,
              s.confident_right.of);
   if (!s.closed.empty()) {

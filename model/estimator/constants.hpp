@@ -23,8 +23,8 @@ struct Limits {
   // Priors: standard deviations of what is solved for (likelihood.hpp).
   double uncertainty = 0.6;           // of the uncertainty that the model states
   double changed_gain = 0.35;         // of the gain, for gain_change
-  double level = 0.002;               // of K times the CO span: a level that the model states
-  double free_level = 1.0;            // of the PV span: a level that it does not state
+  double level = 0.002;               // of K times the CO span
+  double free_level = 1.0;            // of the PV span: if the model doesn't know the process
   double start = 0.1;                 // of the PV span: state at the first sample
   double solved = 0.06;               // of the PV span: rms in PV of a solved parameter
   double wide = 0.3;                  // a larger uncertainty makes a time constant a coordinate

@@ -48,7 +48,7 @@ std::vector<Candidate> catalogue_for(const Observed& observed, const LoopFacts& 
        .time_constant_s = loop.answer_s - model.process.dead_time_s,
        .dead_time_s = model.process.dead_time_s});
   const bool still = *high - *low < kLeastMovement * loop.co_span;
-  const bool level_free = !model.process.level || loop.wide || model.process.integrating();
+  const bool level_free = loop.wide || model.process.integrating();
   std::erase_if(all, [&](const Candidate& c) {
     const bool plant = c.block == Block::valve || c.block == Block::process;
     return c.shown() || (plant && still) || (c.block == Block::valve && !model.has_valve) ||

@@ -21,8 +21,8 @@ std::vector<double> prior_deviations(const LoopFacts& loop, std::size_t fixed) {
       loop.wide ? 0.1 * model.process.dead_time_s
                 : std::max(part * unknown.dead_time * model.process.dead_time_s,
                            part * model.sample_time_s)};
-  const bool stated = model.process.level.has_value() && !loop.wide;
-  prior.push_back(stated ? kLimits.level * std::abs(model.process.gain) * loop.co_span
+  // A model that states no level means PV 0 at CO 0.
+  prior.push_back(!loop.wide && !model.process.integrating() ? kLimits.level * std::abs(model.process.gain) * loop.co_span
                          : kLimits.free_level * loop.pv_span);
   const bool integrating = model.process.integrating();
   for (std::size_t i = 1; i < fixed; ++i) {
