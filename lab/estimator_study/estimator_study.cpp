@@ -146,7 +146,8 @@ json answer_of_new(const gap::Record& record, const plant::LoopModel& model,
                  r.score, r.log_likelihood, r.weight, r.left.training, r.left.holdout,
                  r.error.disturbance, r.error.law, r.parameters);
     }
-    fmt::print("   chosen {}: left {:.4g} {:.4g}\n", e.chosen, e.chosen_left.training, e.chosen_left.holdout);
+    fmt::print("   chosen {}: left {:.4g} {:.4g} with slips {:.4g}\n", e.chosen,
+               e.chosen_left.training, e.chosen_left.holdout, e.with_slips);
     fmt::print("   flexible {}: {:.1f} nats, left {:.4g} {:.4g}\n", e.flexible, e.flexible_lead,
                e.with_flexible.training, e.with_flexible.holdout);
     fmt::print("   noise {:.4g} floor {:.4g} law {:.4g} before {:.4g} {:.4g} after {:.4g} {:.4g} evals {}\n",

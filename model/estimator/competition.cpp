@@ -66,6 +66,7 @@ class Competitors {
     add_none();
     add_singles();
     search_again(kPolished, 400.0);
+    stick_from_backlash();
     for (std::size_t effects = 2; effects <= most_effects; ++effects) {
       if (!grow(effects)) break;
       search_again(2, 30.0);
@@ -80,6 +81,7 @@ class Competitors {
     Start start;
     Effort effort;
     std::uint64_t stage;
+    bool by_law = false;  // searched with every slip by its law
   };
 
   // Searches all tasks; a hypothesis that is there already keeps its better fit.
@@ -89,8 +91,10 @@ class Competitors {
     parallel_(tasks.size(), [&](std::size_t i) {
       const Task& task = tasks[i];
       Likelihood::Work work;
-      Population population = search(likelihood_, task.hypothesis, task.start, task.effort,
-                                     seed_of(task.hypothesis, task.stage), work);
+      const std::uint64_t seed = seed_of(task.hypothesis, task.stage);
+      Population population = task.by_law ? search_by_law(task, seed, work)
+                                          : search(likelihood_, task.hypothesis, task.start,
+                                                   task.effort, seed, work);
       Fit fit{task.hypothesis, std::move(population), {}, 0.0};
       likelihood_.of(fit.hypothesis, fit.population.top().z, work, &fit.solution);
       fit.score = score_of(fit);
@@ -103,6 +107,18 @@ class Competitors {
     }
     std::stable_sort(out_.fits.begin(), out_.fits.end(),
                      [](const Fit& a, const Fit& b) { return a.score > b.score; });
+  }
+
+  Population search_by_law(const Task& task, std::uint64_t seed, Likelihood::Work& work) const {
+    Start start = task.start;
+    start.mean = task.hypothesis.without_slips(std::move(start.mean));
+    start.deviation = task.hypothesis.without_slips(std::move(start.deviation));
+    Population found =
+        search(likelihood_, task.hypothesis.law_only(), start, task.effort, seed, work);
+    for (Member& member : found.members) {
+      member.z = task.hypothesis.with_law_slips(std::move(member.z));
+    }
+    return found;
   }
 
   void take(Fit fit) {
@@ -238,6 +254,28 @@ class Competitors {
                        10 + fit.hypothesis.terms().size()});
     }
     search_all(tasks);
+  }
+
+  // Stiction with a small jump is nearly backlash, whose fit shows where to look for it.
+  void stick_from_backlash() {
+    const Fit* backlash = nullptr;
+    for (const Fit& fit : out_.fits) {
+      if (fit.hypothesis.title() == "backlash" && fit.hypothesis.named()) backlash = &fit;
+    }
+    if (backlash == nullptr || backlash->score < out_.none().score + kParentLead) return;
+    for (const Law& law : catalogue_) {
+      if (!law.slips) continue;
+      Hypothesis sticks(likelihood_.loop(), {&law});
+      Start start = from_parent(*backlash, sticks, 1.0);
+      const double deadband =
+          backlash->hypothesis.at(backlash->population.top().z).searched[0][0];
+      start.mean[0] = law.search[0].position(1.1 * deadband);
+      start.deviation[0] = 0.03;
+      start.mean[1] = 0.1;
+      start.deviation[1] = 0.15;
+      search_all({{std::move(sticks), std::move(start), {64, 2, 3}, 5, true}});
+      return;
+    }
   }
 
   // Adds hypotheses with one effect more than the best of `effects` - 1. Returns whether any is

@@ -18,12 +18,12 @@ using effects::Block;
 
 constexpr double kEndQuantile = 0.01;      // where the ends of PV are taken
 constexpr double kLeastMovement = 0.005;   // of the CO span: a valve that moves less shows nothing
+constexpr double kAsGood = 1.15;          // of the least error on the fitted part
 constexpr double kLeastEffect = 0.0015;    // of the PV span: a smaller effect does not matter
 
-// A gain, a dead time or a lag that a model without knowledge of the process can't miss.
+// Dynamics of the process that a model without knowledge of the process can't lack.
 bool changes_process(const Candidate& c) {
-  const std::string_view name = c.name;
-  return c.solves_gain || name == "extra_dead_time" || name == "extra_lag";
+  return c.block == Block::process && std::string_view(c.name) != "varying_gain";
 }
 
 std::vector<Candidate> catalogue_for(const Observed& observed, const LoopFacts& loop,
@@ -146,26 +146,34 @@ class Estimator {
     const Fit& chosen = choose();
     out.pv_after = run_of(representative(chosen));
     out.after = errors_of(out.pv_after);
+    out.with_slips = out.after.holdout;
+    if (chosen.hypothesis.sticking() != Hypothesis::npos) {
+      const Slips slips = find_slips(observed_, loop_, observed_.pv.size(), noise_rms_);
+      out.with_slips = std::min(
+          out.with_slips,
+          errors_of(likelihood_.simulate(chosen.hypothesis, chosen.population.top().z,
+                                         chosen.solution, observed_.pv.size(), nullptr, &slips))
+              .holdout);
+    }
     const Flexible flexible = flexible_law(likelihood_, chosen, observed_.pv.size());
     out.flexible = flexible.family;
     out.flexible_lead = flexible.lead;
     out.with_flexible = flexible.pv.empty() ? out.after : errors_of(flexible.pv);
     out.floor = floor_of(chosen, flexible.disturbance);
-    out.law_error = law_error_of(chosen, out.before.holdout);
+    out.law_error = law_error_of(chosen, out, flexible.lead);
     out.closed = closed(out.before.holdout, out.after.holdout);
     return chosen;
   }
 
-  // The model without effects, within its uncertainty.
-  std::vector<double> base_run() const {
-    const Fit& none = competition_.none();
-    Fit within = none;
-    for (Eigen::Index i = 0; i < 4; ++i) {
+  // The free run with gain, lag, dead time and level within the uncertainty of the model.
+  std::vector<double> run_within(Fit fit) const {
+    for (Eigen::Index i = fit.hypothesis.changes_gain() ? 1 : 0; i < 4; ++i) {
       const double most = likelihood_.allowed(static_cast<std::size_t>(i)) / kLimits.uncertainty;
-      within.solution.mean(i) = std::clamp(within.solution.mean(i), -most, most);
+      fit.solution.mean(i) = std::clamp(fit.solution.mean(i), -most, most);
     }
-    return run_of(within);
+    return run_of(fit);
   }
+  std::vector<double> base_run() const { return run_within(competition_.none()); }
 
   bool tells(const Fit& fit, const std::vector<double>& base) const {
     const Point point = fit.hypothesis.at(fit.population.top().z);
@@ -239,7 +247,7 @@ class Estimator {
   bool more_closed(const Fit& more, const Fit& less) const {
     if (less.hypothesis.terms().empty()) return true;
     const double a = errors_of(run_of(representative(more))).training;
-    const double b = errors_of(run_of(representative(less))).training;
+    const double b = errors_of(run_within(representative(less))).training;
     const double base = errors_of(base_run()).training;
     return b * b - a * a >=
            kLimits.least_share * std::max(0.0, base * base - noise_rms_ * noise_rms_);
@@ -250,25 +258,28 @@ class Estimator {
     if (!fit.hypothesis.jumps()) return fit;
     Hypothesis law = fit.hypothesis.law_only();
     Start start = Start::around(fit.population.members, fit.population.best, 1.5, 0.02, 1.0);
-    const auto jitter = static_cast<std::ptrdiff_t>(fit.hypothesis.layout().jitter);
-    start.mean.erase(start.mean.begin() + jitter);
-    start.deviation.erase(start.deviation.begin() + jitter);
+    start.mean = fit.hypothesis.without_slips(std::move(start.mean));
+    start.deviation = fit.hypothesis.without_slips(std::move(start.deviation));
     Likelihood::Work work;
     Fit out{law, search(likelihood_, law, start, {96, 2, 3}, 11, work), {}, fit.score};
-    // Of members that are as likely, the one with the least error of its free run.
-    double least = 1e300;
-    std::size_t best = out.population.best;
+    // Of members that fit as well, the middle one on the last third: the best of many there would
+    // be chosen by what is to prove it.
+    std::vector<std::pair<Errors, std::size_t>> left;
     for (std::size_t i = 0; i < out.population.members.size(); ++i) {
       const std::vector<double>& z = out.population.members[i].z;
       likelihood_.of(law, z, work, &out.solution);
-      const double left =
-          errors_of(likelihood_.simulate(law, z, out.solution, observed_.pv.size())).training;
-      if (left < least) {
-        least = left;
-        best = i;
-      }
+      left.emplace_back(
+          errors_of(likelihood_.simulate(law, z, out.solution, observed_.pv.size())), i);
     }
-    out.population.best = best;
+    double least = left[0].first.training;
+    for (const auto& one : left) least = std::min(least, one.first.training);
+    std::erase_if(left, [&](const auto& one) {
+      return one.first.training > kAsGood * least;
+    });
+    std::sort(left.begin(), left.end(), [](const auto& a, const auto& b) {
+      return a.first.holdout < b.first.holdout;
+    });
+    out.population.best = left[(left.size() - 1) / 2].second;
     likelihood_.of(law, out.population.top().z, work, &out.solution);
     return out;
   }
@@ -287,12 +298,12 @@ class Estimator {
     return std::hypot(noise_rms_, disturbance);
   }
 
-  // The error of the law itself, PV units: a part of the gap at most.
-  double law_error_of(const Fit& fit, double before) const {
-    const double law = std::hypot(
-        size_of(fit).law,
-        likelihood_.jump_error(fit.hypothesis, fit.population.top().z));
-    return std::min(law, kLimits.law_share * before);
+  // The error of the law itself, PV units: a part of the gap at most. If a law without a name
+  // explains what is left, that is no error of this law but another effect.
+  double law_error_of(const Fit& fit, const Estimate& out, double flexible_lead) const {
+    const double most = kLimits.law_share * out.before.holdout;
+    if (flexible_lead < kLimits.further_lead) return std::min(out.after.training, most);
+    return std::min(size_of(fit).law, most);
   }
 
   ErrorSize size_of(const Fit& fit) const {
@@ -307,7 +318,7 @@ class Estimator {
   }
   bool explained(const Estimate& out, const Fit& fit) const {
     if (fit.hypothesis.terms().empty()) return within(out.before.holdout, out.floor);
-    return within(out.after.holdout, std::hypot(out.floor, out.law_error));
+    return within(out.with_slips, std::hypot(out.floor, out.law_error));
   }
 
   void name(Estimate& out, const Fit& chosen, const std::vector<double>& weight) const {

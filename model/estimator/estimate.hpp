@@ -63,6 +63,7 @@ struct Estimate {
   std::vector<std::pair<std::string, double>> posterior;
   std::vector<Ranked> ranked;
   Errors before, after;
+  double with_slips = 0.0;  // PV units, last third, with the slips that PV shows there
   double noise_rms = 0.0;  // PV units
   double floor = 0.0;      // PV units: noise and disturbance
   double law_error = 0.0;  // PV units: of the law itself

@@ -86,6 +86,19 @@ Hypothesis Hypothesis::law_only() const {
   return out;
 }
 
+std::vector<double> Hypothesis::without_slips(std::vector<double> z) const {
+  if (jumps()) z.erase(z.begin() + static_cast<std::ptrdiff_t>(layout_.jitter));
+  return z;
+}
+
+std::vector<double> Hypothesis::with_law_slips(std::vector<double> z) const {
+  const std::size_t bins = kLimits.jitters.size();
+  if (jumps()) {
+    z.insert(z.begin() + static_cast<std::ptrdiff_t>(layout_.jitter), middle(bins - 1, bins));
+  }
+  return z;
+}
+
 Point Hypothesis::at(std::span<const double> z) const {
   Point p;
   std::size_t next = 0;

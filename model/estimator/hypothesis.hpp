@@ -76,6 +76,9 @@ class Hypothesis {
 
   // The same with every slip by its law: without the coordinate of the slips.
   Hypothesis law_only() const;
+  // Coordinates of law_only() from those of this hypothesis, and back.
+  std::vector<double> without_slips(std::vector<double> z) const;
+  std::vector<double> with_law_slips(std::vector<double> z) const;
 
   Point at(std::span<const double> z) const;
   // Middle of a bin of an error coordinate.

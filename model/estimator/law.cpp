@@ -11,11 +11,15 @@ using effects::Block;
 
 constexpr double kRarer = 2.0;  // nats: a law at another place or time against one with a name
 
+constexpr double kLeastRatio = 0.1;  // j over s of stiction
+
 Law law_of(const Candidate& candidate, double duration_s) {
   Law law;
   static_cast<Candidate&>(law) = candidate;
   law.duration_s = duration_s;
   law.moment = {"from", 0.05 * duration_s, 0.95 * duration_s, false, 12, 0.04};
+  // Stiction without a jump is backlash.
+  if (law.slips) law.search[1].low = kLeastRatio;
   return law;
 }
 

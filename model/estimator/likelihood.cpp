@@ -237,22 +237,12 @@ double Likelihood::of(const Hypothesis& hypothesis, std::span<const double> z, W
   return log_likelihood;
 }
 
-double Likelihood::jump_error(const Hypothesis& hypothesis, std::span<const double> z) const {
-  const Point point = hypothesis.at(z);
-  if (!hypothesis.jumps() || point.jitter <= 0.0) return 0.0;
-  Work work;
-  run_.run(hypothesis, point, blocks_.samples(), &slips_, work.columns, &work.stem);
-  std::vector<double> variance(blocks_.count());
-  add_jumps(point, work.stem, variance);
-  return std::sqrt(numeric::mean(variance));
-}
-
 std::vector<double> Likelihood::simulate(const Hypothesis& hypothesis, std::span<const double> z,
                                          const Solution& solution, std::size_t samples,
-                                         const Extra* extra) const {
+                                         const Extra* extra, const Slips* slips) const {
   const Point point = hypothesis.at(z);
   std::vector<double> columns[3];
-  run_.run(hypothesis, point, samples, nullptr, columns, nullptr);
+  run_.run(hypothesis, point, samples, slips, columns, nullptr);
   std::vector<double> pv(samples);
   for (std::size_t k = 0; k < samples; ++k) {
     pv[k] = run_.offset()[k] + solution.gain() * columns[0][k] +

@@ -62,13 +62,11 @@ class Likelihood {
   double of(const Hypothesis& hypothesis, std::span<const double> z, Work& work,
             Solution* solution = nullptr) const;
 
-  // PV of the first `samples` samples of the free run, with the law's own slips.
+  // PV of the first `samples` samples of the free run: with the law's own slips, or with `slips`
+  // if they are not null.
   std::vector<double> simulate(const Hypothesis& hypothesis, std::span<const double> z,
                                const Solution& solution, std::size_t samples,
-                               const Extra* extra = nullptr) const;
-
-  // Rms error of PV by the moments of the jumps, PV units; 0 if the hypothesis has none.
-  double jump_error(const Hypothesis& hypothesis, std::span<const double> z) const;
+                               const Extra* extra = nullptr, const Slips* slips = nullptr) const;
 
   const LoopFacts& loop() const noexcept { return loop_; }
   const LoopRun& run() const noexcept { return run_; }
