@@ -315,7 +315,7 @@ class Competitors {
     parallel_(catalogue_.size(), [&](std::size_t i) {
       const Law& other = catalogue_[i];
       for (const Law* term : parent.hypothesis.terms()) {
-        if (!compatible(*term, other) || (other.at_one_moment && other.friction)) return;
+        if (!compatible(*term, other)) return;
       }
       tries[i] = try_child(parent, other, error);
     });

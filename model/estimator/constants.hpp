@@ -56,6 +56,7 @@ struct Limits {
   double most_confidence = 0.99;
   double most_inexact = 0.89;         // if only the law's own error explains what is left
   double most_learned = 0.89;         // a law without a name can't be right or wrong
+  double least_closed = 0.5;          // share of the gap, last third
   double floors = 2.5;                // remaining error of a right name, in floors
 };
 inline constexpr Limits kLimits{};

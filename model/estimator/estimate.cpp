@@ -312,13 +312,21 @@ class Estimator {
         likelihood_.errors().index(point.disturbance, point.law));
   }
 
+  // Whether the last third contradicts the names: they close nothing there, or less than half of a
+  // gap that stands out of the floor.
+  bool refuted(const Estimate& out) const {
+    const double share = closed(out.before.holdout, out.with_slips);
+    return out.before.holdout > 2.0 * out.floor ? share < kLimits.least_closed
+                                                : share < -kLimits.least_closed;
+  }
+
   // Whether a free run leaves no more than `floor` allows.
   bool within(double left, double floor) const {
     return left <= kLimits.floors * floor || left <= kLeastEffect * loop_.pv_span;
   }
   bool explained(const Estimate& out, const Fit& fit) const {
     if (fit.hypothesis.terms().empty()) return within(out.before.holdout, out.floor);
-    return within(out.with_slips, std::hypot(out.floor, out.law_error));
+    return within(out.with_slips, std::hypot(out.floor, out.law_error)) && !refuted(out);
   }
 
   void name(Estimate& out, const Fit& chosen, const std::vector<double>& weight) const {
@@ -339,8 +347,8 @@ class Estimator {
         found.spec.name = "learned";
         found.confidence = std::min(found.confidence, kLimits.most_learned);
       }
-      // Only the law's own error explains what is left.
-      if (!this->within(out.after.holdout, out.floor)) {
+      // Only the law's own error explains what is left, or the process is not known.
+      if (loop_.wide || !within(out.after.holdout, out.floor)) {
         found.confidence = std::min(found.confidence, kLimits.most_inexact);
       }
       out.effects.push_back(std::move(found));

@@ -179,6 +179,8 @@ bool Hypothesis::contains(std::string_view name) const noexcept {
 bool compatible(const Law& a, const Law& b) {
   if (std::string_view(a.name) == b.name) return false;
   if (a.friction && b.friction) return false;
+  // Friction for a stretch of the record follows what another effect leaves there.
+  if ((a.friction && a.at_one_moment) || (b.friction && b.at_one_moment)) return false;
   const auto is = [&](std::string_view x, std::string_view y) {
     return (x == a.name && y == b.name) || (x == b.name && y == a.name);
   };
@@ -187,8 +189,7 @@ bool compatible(const Law& a, const Law& b) {
          !is("valve_characteristic", "leakage") && !is("leakage", "output_bias") &&
          !is("leakage", "gain_change") && !is("varying_gain", "gain_change") &&
          !is("drift", "ramp_disturbance") && !is("step_disturbance", "ramp_disturbance") &&
-         !is("oscillating_disturbance", "square_disturbance") &&
-         !is("intermittent_stiction", "stiction");
+         !is("oscillating_disturbance", "square_disturbance");
 }
 
 }  // namespace loopwarden::estimator
