@@ -14,9 +14,10 @@ struct Limits {
   std::size_t most_blocks = 2000;
   double least_noise = 2e-5;          // of the PV span
 
-  // Error (error_filter.hpp). Standard deviations over one answer time, of the PV span. A
-  // disturbance of 0.1 % per root second is 0.0023 on a loop of 5 s.
-  std::array<double, 7> disturbances{0.0, 3e-4, 7e-4, 1.3e-3, 2.1e-3, 3.2e-3, 5e-3};
+  // Error (error_filter.hpp). A larger disturbance is unexplained.
+  double largest_disturbance = 0.0015;  // of the PV span per root second
+  std::array<double, 7> disturbances{0.0, 0.06, 0.15, 0.28, 0.45, 0.7, 1.0};  // of the largest
+  // Of the PV span.
   std::array<double, 9> law_errors{1e-4, 4e-4, 1e-3, 2e-3, 4e-3, 8e-3, 1.6e-2, 3.2e-2, 6.4e-2};
   double law_at_rest = 0.1;           // share of the law's variance while CO rests
 

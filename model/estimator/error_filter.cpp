@@ -103,7 +103,7 @@ ErrorGrid::ErrorGrid(const Blocks& blocks, ErrorTimes times, double pv_span,
                      std::vector<double> activity)
     : blocks_(blocks), times_(times), activity_(std::move(activity)) {
   for (const double share : kLimits.disturbances) {
-    disturbance_.push_back(share * pv_span / std::sqrt(times.answer_s));
+    disturbance_.push_back(share * kLimits.largest_disturbance * pv_span);
   }
   for (const double share : kLimits.law_errors) law_.push_back(share * pv_span);
   std::vector<double> variance(blocks.count());

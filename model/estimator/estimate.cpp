@@ -290,19 +290,27 @@ class Estimator {
   }
 
   // Noise and disturbance of a free run, PV units. What a law without a name explains is no
-  // disturbance.
+  // disturbance, and neither is the largest one that a fit may take.
   double floor_of(const Fit& fit, double with_flexible) const {
     const double returns_s = std::min(300.0, likelihood_.blocks().duration_s());
+    const double intensity = std::min(size_of(fit).disturbance, with_flexible);
+    const double largest = kLimits.largest_disturbance * loop_.pv_span;
     const double disturbance =
-        std::min(size_of(fit).disturbance, with_flexible) * std::sqrt(0.5 * returns_s);
+        intensity < 0.99 * largest ? intensity * std::sqrt(0.5 * returns_s) : 0.0;
     return std::hypot(noise_rms_, disturbance);
   }
 
-  // The error of the law itself, PV units: a part of the gap at most. If a law without a name
+  // The error of the law itself, PV units: a part of the gap at most. No law of friction is exactly
+  // that of a real valve, so the error on the fitted part counts for it. If a law without a name
   // explains what is left, that is no error of this law but another effect.
   double law_error_of(const Fit& fit, const Estimate& out, double flexible_lead) const {
     const double most = kLimits.law_share * out.before.holdout;
-    if (flexible_lead < kLimits.further_lead) return std::min(out.after.training, most);
+    const Terms& terms = fit.hypothesis.terms();
+    const bool friction =
+        std::any_of(terms.begin(), terms.end(), [](const Law* t) { return t->friction; });
+    if (friction && flexible_lead < kLimits.further_lead) {
+      return std::min(out.after.training, most);
+    }
     return std::min(size_of(fit).law, most);
   }
 
