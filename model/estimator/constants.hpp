@@ -54,6 +54,10 @@ struct Limits {
   std::size_t draws = 400;            // of the bootstrap
   double law_missing = 0.01;          // relative error of a parameter by the law
   double law_share = 0.15;            // of the gap: the most that the law's own error may be
+  // Probability that no law of the catalogue is the cause: if the winner explains the record down to
+  // its floor, if only the law's own error explains what is left, and if it does not explain it.
+  // By hand; to be calibrated on truths outside the catalogue.
+  std::array<double, 3> unnamed{0.03, 0.1, 0.9};
   double most_confidence = 0.99;
   double most_inexact = 0.89;         // if only the law's own error explains what is left
   double most_learned = 0.89;         // a law without a name can't be right or wrong

@@ -59,6 +59,18 @@ std::vector<Candidate> catalogue_for(const Observed& observed, const LoopFacts& 
   return all;
 }
 
+// Forms of one effect share a line.
+void add_probability(std::vector<std::pair<std::string, double>>& posterior,
+                     const std::string& title, double probability) {
+  const auto line = std::find_if(posterior.begin(), posterior.end(),
+                                 [&](const auto& l) { return l.first == title; });
+  if (line != posterior.end()) {
+    line->second += probability;
+  } else {
+    posterior.emplace_back(title, probability);
+  }
+}
+
 class Estimator {
  public:
   Estimator(const Observed& observed, const plant::LoopModel& model, const Options& options,
@@ -96,10 +108,17 @@ class Estimator {
     }
     out.evaluations = competition_.evaluations;
     const std::vector<double> weight = weights(competition_.fits);
+    const double unnamed = kLimits.unnamed[!explained(out, chosen)                    ? 2
+                                           : within(out.after.holdout, out.floor) ? 0
+                                                                                  : 1];
+    out.posterior.emplace_back("unnamed", unnamed);
     for (std::size_t i = 0; i < weight.size(); ++i) {
       out.ranked.push_back(rank(competition_.fits[i], weight[i]));
-      out.posterior.emplace_back(competition_.fits[i].hypothesis.title(), weight[i]);
+      add_probability(out.posterior, competition_.fits[i].hypothesis.title(),
+                      (1.0 - unnamed) * weight[i]);
     }
+    std::stable_sort(out.posterior.begin(), out.posterior.end(),
+                     [](const auto& a, const auto& b) { return a.second > b.second; });
     out.chosen = chosen.hypothesis.title();
     out.chosen_left = out.after;
     const bool names = !chosen.hypothesis.terms().empty();
