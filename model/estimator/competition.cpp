@@ -13,7 +13,7 @@ namespace loopwarden::estimator {
 namespace {
 
 constexpr std::size_t kPolished = 7;        // singles that are searched again
-constexpr std::size_t kParents = 3;         // singles from which pairs grow
+constexpr std::size_t kParents = 5;         // singles from which pairs grow
 constexpr std::size_t kChildren = 3;        // pairs of each that are searched
 constexpr double kParentLead = 8.0;         // nats above the model
 constexpr double kChildLead = 3.0;          // nats above the parent, at the first tries
@@ -39,11 +39,12 @@ Effort effort_of(const Hypothesis& hypothesis) {
     moment = moment || (term->columns > 0 && !term->search.empty());
   }
   const bool hard = hypothesis.jumps() || own > 2 || (moment && own > 1);
-  return {.members = hypothesis.sticking() != Hypothesis::npos ? kLimits.jumping_members
-                     : hard                                    ? 3 * kLimits.members / 2
-                                                               : kLimits.members,
-          .moves = 1,
-          .first = hypothesis.wide() ? std::size_t{10} : moment ? std::size_t{6} : std::size_t{4}};
+  const std::size_t members = hypothesis.sticking() != Hypothesis::npos ? kLimits.jumping_members
+                              : hard ? 3 * kLimits.members / 2
+                                     : kLimits.members;
+  // Two more coordinates, in which the likelihood has several maxima.
+  if (hypothesis.wide()) return {.members = 2 * members, .moves = 2, .first = 10};
+  return {.members = members, .moves = 1, .first = moment ? std::size_t{6} : std::size_t{4}};
 }
 
 class Competitors {

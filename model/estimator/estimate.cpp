@@ -21,13 +21,14 @@ constexpr double kLeastMovement = 0.005;   // of the CO span: a valve that moves
 constexpr double kAsGood = 1.15;          // of the least error on the fitted part
 constexpr double kLeastEffect = 0.0015;    // of the PV span: a smaller effect does not matter
 
-// Dynamics of the process that a model without knowledge of the process can't lack.
+// Linear dynamics and curves: a model that does not know the process can't lack them.
 bool changes_process(const Candidate& c) {
-  return c.block == Block::process && std::string_view(c.name) != "varying_gain";
+  return c.smooth && (c.block == Block::process || c.block == Block::valve);
 }
 
 std::vector<Candidate> catalogue_for(const Observed& observed, const LoopFacts& loop,
-                                     std::size_t fitted, const Options& options) {
+                                     const Blocks& blocks, const Options& options) {
+  const std::size_t fitted = blocks.samples();
   const plant::LoopModel& model = loop.model;
   const control::PidSettings& pid = model.controller.pid;
   const auto end = observed.co.begin() + static_cast<std::ptrdiff_t>(fitted);
@@ -56,6 +57,15 @@ std::vector<Candidate> catalogue_for(const Observed& observed, const LoopFacts& 
            std::find(options.without.begin(), options.without.end(), c.name) !=
                options.without.end();
   });
+  // A faster oscillation is averaged away in the blocks.
+  constexpr double kFewestBlocks = 8.0;
+  for (Candidate& candidate : all) {
+    for (effects::SearchRange& range : candidate.search) {
+      if (!range.is_period) continue;
+      range.low = std::min(std::max(range.low, kFewestBlocks * blocks.period_s()),
+                           0.5 * range.high);
+    }
+  }
   return all;
 }
 
@@ -83,7 +93,7 @@ class Estimator {
         slips_(find_slips(observed, loop_, fitted_, noise_rms_)),
         likelihood_(loop_, run_, observed, fitted_, noise_rms_, slips_),
         parallel_(parallel) {
-    const std::vector<Candidate> catalogue = catalogue_for(observed, loop_, fitted_, options);
+    const std::vector<Candidate> catalogue = catalogue_for(observed, loop_, likelihood_.blocks(), options);
     const double duration_s = observed.period_s * static_cast<double>(fitted_);
     named_ = named_laws(catalogue, duration_s);
     const bool learns = std::find(options.without.begin(), options.without.end(), "learned") ==

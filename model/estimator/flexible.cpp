@@ -204,7 +204,7 @@ Flexible flexible_law(const Likelihood& likelihood, const Fit& fit, std::size_t 
     if (member.log_likelihood <= best) continue;
     best = member.log_likelihood;
     out.lead = best - fit.log_likelihood();
-    out.disturbance = disturbance_at(member.z);
+    if (out.lead > kLimits.further_lead) out.disturbance = disturbance_at(member.z);
     out.family.clear();
     for (const Family family : set) {
       out.family += (out.family.empty() ? "" : " + ") + std::string(kFamilies[family]);
