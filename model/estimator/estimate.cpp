@@ -196,6 +196,7 @@ class Estimator {
 
   // The free run with gain, lag, dead time and level within the uncertainty of the model.
   std::vector<double> run_within(Fit fit) const {
+    if (loop_.wide) return run_of(fit);
     for (Eigen::Index i = fit.hypothesis.changes_gain() ? 1 : 0; i < 4; ++i) {
       const double most = likelihood_.allowed(static_cast<std::size_t>(i)) / kLimits.uncertainty;
       fit.solution.mean(i) = std::clamp(fit.solution.mean(i), -most, most);
