@@ -101,8 +101,8 @@ json answer_of_new(const gap::Record& record, const plant::LoopModel& model,
                                      checked.measured};
   plant::LoopModel given = checked.model;
   given.transmitter.resolution = model.transmitter.resolution;
-  const estimator::Estimate e = estimator::estimate(
-      observed, given, {.without = arguments.without}, one_thread);
+  const estimator::Estimate e =
+      estimator::estimate(observed, given, {.without = arguments.without}, one_thread);
   json out{{"verdict", estimator::to_text(e.verdict)},
            {"effects", json::array()},
            {"gap",
@@ -142,17 +142,20 @@ json answer_of_new(const gap::Record& record, const plant::LoopModel& model,
     std::size_t printed = 0;
     for (const estimator::Ranked& r : e.ranked) {
       if (++printed > 12 && r.title != "none") continue;
-      fmt::print("   {:<40} score {:9.1f} ll {:9.1f} w {:.3f} left {:.4g} {:.4g} q {:.2g} c {:.2g}{}\n", r.title,
-                 r.score, r.log_likelihood, r.weight, r.left.training, r.left.holdout,
-                 r.error.disturbance, r.error.law, r.parameters);
+      fmt::print(
+          "   {:<40} score {:9.1f} ll {:9.1f} w {:.3f} left {:.4g} {:.4g} q {:.2g} c {:.2g}{}\n",
+          r.title, r.score, r.log_likelihood, r.weight, r.left.training, r.left.holdout,
+          r.error.disturbance, r.error.law, r.parameters);
     }
     fmt::print("   chosen {}: left {:.4g} {:.4g} with slips {:.4g}\n", e.chosen,
                e.chosen_left.training, e.chosen_left.holdout, e.with_slips);
     fmt::print("   flexible {}: {:.1f} nats, left {:.4g} {:.4g}\n", e.flexible, e.flexible_lead,
                e.with_flexible.training, e.with_flexible.holdout);
-    fmt::print("   noise {:.4g} floor {:.4g} law {:.4g} before {:.4g} {:.4g} after {:.4g} {:.4g} evals {}\n",
-               e.noise_rms, e.floor, e.law_error, e.before.training, e.before.holdout, e.after.training,
-               e.after.holdout, e.evaluations);
+    fmt::print(
+        "   noise {:.4g} floor {:.4g} law {:.4g} before {:.4g} {:.4g} after {:.4g} {:.4g} evals "
+        "{}\n",
+        e.noise_rms, e.floor, e.law_error, e.before.training, e.before.holdout, e.after.training,
+        e.after.holdout, e.evaluations);
   }
   return out;
 }
@@ -178,12 +181,12 @@ void count_coverage(const gap_study::Truth& truth, const json& answer, Coverage&
 std::string names_of(const json& answer) {
   std::string text;
   for (const json& e : answer["effects"]) {
-    text += fmt::format("{}{} {:.2f}", text.empty() ? "" : " + ",
-                        e["name"].get<std::string>() +
-                            (e.value("description", "").empty()
-                                 ? ""
-                                 : " (" + e["description"].get<std::string>() + ")"),
-                        e["confidence"].get<double>());
+    text += fmt::format(
+        "{}{} {:.2f}", text.empty() ? "" : " + ",
+        e["name"].get<std::string>() + (e.value("description", "").empty()
+                                            ? ""
+                                            : " (" + e["description"].get<std::string>() + ")"),
+        e["confidence"].get<double>());
   }
   return answer["verdict"].get<std::string>() + (text.empty() ? "" : ": " + text);
 }
@@ -223,8 +226,7 @@ int run(const Arguments& arguments) {
       }
       Answer parsed = gap_study::parse_answer(answer.dump());
       parsed.seconds = answer["seconds"].get<double>();
-      gap_study::ScoredCase one{files.truth, parsed,
-                                gap_study::score_case(files.truth, parsed)};
+      gap_study::ScoredCase one{files.truth, parsed, gap_study::score_case(files.truth, parsed)};
       count_coverage(files.truth, answer, coverage);
       const bool learned = !parsed.effects.empty() && parsed.effects[0].name == "learned";
       if (learned && one.score.kind == gap_study::Kind::kOutside) {
@@ -238,7 +240,10 @@ int run(const Arguments& arguments) {
           parsed.verdict == "missing_effect") {
         ++outside_wrong;
         for (const auto& [confidence, right] : one.score.names) {
-          if (!right && confidence >= 0.9) { ++outside_sure; break; }
+          if (!right && confidence >= 0.9) {
+            ++outside_sure;
+            break;
+          }
         }
       }
       if (arguments.list) {
@@ -250,9 +255,9 @@ int run(const Arguments& arguments) {
         for (const json& e : answer["effects"]) {
           for (const auto& [name, range] : e["intervals"].items()) {
             if (!files.truth.parameters.contains(name)) continue;
-            found += fmt::format(" {} {:.4g} [{:.4g} {:.4g}]", name,
-                                 e["parameters"][name].get<double>(), range[0].get<double>(),
-                                 range[1].get<double>());
+            found +=
+                fmt::format(" {} {:.4g} [{:.4g} {:.4g}]", name, e["parameters"][name].get<double>(),
+                            range[0].get<double>(), range[1].get<double>());
           }
         }
         const auto hold = [&](const char* at) {
@@ -261,11 +266,12 @@ int run(const Arguments& arguments) {
                      ? gap["holdout_rmse"].get<double>()
                      : std::nan("");
         };
-        fmt::print("{} {:<6} {:<34} {:<60} closed {:.3f} hold {:.3f} {:.3f} floor {:.3f} {:.1f} s |{}|{}\n",
-                   one.score.right ? " " : "X", files.truth.id, files.truth.effect,
-                   names_of(answer), one.score.closed.value_or(std::nan("")), hold("before"),
-                   hold("after"), files.truth.floor_rmse, answer["seconds"].get<double>(),
-                   truth_parameters, found);
+        fmt::print(
+            "{} {:<6} {:<34} {:<60} closed {:.3f} hold {:.3f} {:.3f} floor {:.3f} {:.1f} s "
+            "|{}|{}\n",
+            one.score.right ? " " : "X", files.truth.id, files.truth.effect, names_of(answer),
+            one.score.closed.value_or(std::nan("")), hold("before"), hold("after"),
+            files.truth.floor_rmse, answer["seconds"].get<double>(), truth_parameters, found);
         std::fflush(stdout);
       }
       scored.push_back(std::move(one));
@@ -274,12 +280,14 @@ int run(const Arguments& arguments) {
   if (scored.empty()) return 0;
   const gap_study::Summary s = gap_study::summarise(scored);
   fmt::print("engine {}: {} cases\n", arguments.engine, s.cases);
-  fmt::print("  singles named, no second name   {} of {}\n", s.single_right.hits, s.single_right.of);
+  fmt::print("  singles named, no second name   {} of {}\n", s.single_right.hits,
+             s.single_right.of);
   fmt::print("  pairs, both and no third        {} of {}\n", s.pair_right.hits, s.pair_right.of);
   fmt::print("  none hidden, named              {} of {}\n", s.none_named.hits, s.none_named.of);
-  fmt::print("  outside: right or unexplained   {} of {} (named {}, learned {}); wrong {}, at 0.9 {}\n",
-             s.outside_unexplained.hits, s.outside_unexplained.of, outside_named,
-             outside_learned, outside_wrong, outside_sure);
+  fmt::print(
+      "  outside: right or unexplained   {} of {} (named {}, learned {}); wrong {}, at 0.9 {}\n",
+      s.outside_unexplained.hits, s.outside_unexplained.of, outside_named, outside_learned,
+      outside_wrong, outside_sure);
   fmt::print("  names at 0.9 right              {} of {}\n", s.confident_right.hits,
              s.confident_right.of);
   if (!s.closed.empty()) {

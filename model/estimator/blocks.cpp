@@ -52,8 +52,7 @@ double noise_of(const Observed& observed, std::size_t samples, double resolution
   std::vector<double> curvature;
   for (std::size_t k = 1; k + 1 < samples; ++k) {
     if (!observed.used[k - 1] || !observed.used[k] || !observed.used[k + 1]) continue;
-    curvature.push_back(
-        std::abs(observed.pv[k + 1] - 2.0 * observed.pv[k] + observed.pv[k - 1]));
+    curvature.push_back(std::abs(observed.pv[k + 1] - 2.0 * observed.pv[k] + observed.pv[k - 1]));
   }
   const double measured = numeric::kNormalOverMad * numeric::median(curvature) / std::sqrt(6.0);
   return std::max({measured, resolution / std::sqrt(12.0), kLimits.least_noise * span});

@@ -46,7 +46,7 @@ class Blocks {
   double time_s(std::size_t block) const noexcept {
     return period_s() * (static_cast<double>(block) + 0.5) - 0.5 * period_s_;
   }
-  const std::vector<double>& pv() const noexcept { return pv_; }          // 0 where missing
+  const std::vector<double>& pv() const noexcept { return pv_; }           // 0 where missing
   const std::vector<double>& variance() const noexcept { return noise_; }  // 0: missing block
 
   // Means of a signal over the same samples as those of PV; 0 for a missing block.

@@ -12,19 +12,18 @@
 namespace loopwarden::estimator {
 namespace {
 
-constexpr std::size_t kPolished = 7;        // singles that are searched again
-constexpr std::size_t kParents = 5;         // singles from which pairs grow
-constexpr std::size_t kChildren = 3;        // pairs of each that are searched
-constexpr double kParentLead = 8.0;         // nats above the model
-constexpr double kChildLead = 3.0;          // nats above the parent, at the first tries
+constexpr std::size_t kPolished = 7;  // singles that are searched again
+constexpr std::size_t kParents = 5;   // singles from which pairs grow
+constexpr std::size_t kChildren = 3;  // pairs of each that are searched
+constexpr double kParentLead = 8.0;   // nats above the model
+constexpr double kChildLead = 3.0;    // nats above the parent, at the first tries
 
 // The same number for the same names, on every machine.
 std::uint64_t seed_of(const Hypothesis& hypothesis, std::uint64_t stage) {
   std::uint64_t hash = 1469598103934665603ULL + stage;
   for (const Law* term : hypothesis.terms()) {
     for (const char* c = term->name; *c != '\0'; ++c) {
-      hash = (hash ^ static_cast<std::uint64_t>(static_cast<unsigned char>(*c))) *
-             1099511628211ULL;
+      hash = (hash ^ static_cast<std::uint64_t>(static_cast<unsigned char>(*c))) * 1099511628211ULL;
     }
     hash = (hash ^ term->coordinates()) * 1099511628211ULL;
   }
@@ -40,8 +39,8 @@ Effort effort_of(const Hypothesis& hypothesis) {
   }
   const bool hard = hypothesis.jumps() || own > 2 || (moment && own > 1);
   const std::size_t members = hypothesis.sticking() != Hypothesis::npos ? kLimits.jumping_members
-                              : hard ? 3 * kLimits.members / 2
-                                     : kLimits.members;
+                              : hard                                    ? 3 * kLimits.members / 2
+                                                                        : kLimits.members;
   // Two more coordinates, in which the likelihood has several maxima.
   if (hypothesis.wide()) return {.members = 2 * members, .moves = 2, .first = 10};
   return {.members = members, .moves = 1, .first = moment ? std::size_t{6} : std::size_t{4}};
@@ -49,8 +48,8 @@ Effort effort_of(const Hypothesis& hypothesis) {
 
 class Competitors {
  public:
-  Competitors(const Likelihood& likelihood, const std::vector<Law>& catalogue,
-              const Slips& slips, const numeric::ParallelFor& parallel, Competition start)
+  Competitors(const Likelihood& likelihood, const std::vector<Law>& catalogue, const Slips& slips,
+              const numeric::ParallelFor& parallel, Competition start)
       : likelihood_(likelihood),
         catalogue_(catalogue),
         slips_(slips),
@@ -93,9 +92,9 @@ class Competitors {
       const Task& task = tasks[i];
       Likelihood::Work work;
       const std::uint64_t seed = seed_of(task.hypothesis, task.stage);
-      Population population = task.by_law ? search_by_law(task, seed, work)
-                                          : search(likelihood_, task.hypothesis, task.start,
-                                                   task.effort, seed, work);
+      Population population =
+          task.by_law ? search_by_law(task, seed, work)
+                      : search(likelihood_, task.hypothesis, task.start, task.effort, seed, work);
       Fit fit{task.hypothesis, std::move(population), {}, 0.0};
       likelihood_.of(fit.hypothesis, fit.population.top().z, work, &fit.solution);
       fit.score = score_of(fit);
@@ -168,8 +167,8 @@ class Competitors {
 
   // Where to search `child`: what it shares with `parent` near its posterior, the rest anywhere.
   Start from_parent(const Fit& parent, const Hypothesis& child, double share) const {
-    const Start of = Start::around(parent.population.members, parent.population.best, 2.5, 0.03,
-                                   share);
+    const Start of =
+        Start::around(parent.population.members, parent.population.best, 2.5, 0.03, share);
     Start out{std::vector<double>(child.layout().size, 0.5),
               std::vector<double>(child.layout().size, 4.0), share};
     for (const auto& [from, to] : shared(parent.hypothesis, child)) {
@@ -186,11 +185,11 @@ class Competitors {
     Solution within = fit.solution;
     // Gain and level within what the model allows: otherwise they hide a disturbance.
     if (!fit.hypothesis.changes_gain()) {
-      within.mean(0) = std::clamp(within.mean(0), -1.6 * likelihood_.allowed(0),
-                                  1.6 * likelihood_.allowed(0));
+      within.mean(0) =
+          std::clamp(within.mean(0), -1.6 * likelihood_.allowed(0), 1.6 * likelihood_.allowed(0));
     }
-    const std::vector<double> pv = likelihood_.simulate(
-        fit.hypothesis, fit.population.top().z, within, blocks.samples());
+    const std::vector<double> pv =
+        likelihood_.simulate(fit.hypothesis, fit.population.top().z, within, blocks.samples());
     std::vector<double> error(blocks.count());
     blocks.average(pv, error);
     for (std::size_t b = 0; b < error.size(); ++b) error[b] = blocks.pv()[b] - error[b];
@@ -198,8 +197,8 @@ class Competitors {
   }
 
   // Puts the statistics of the record into the start of effect `term`.
-  void use_statistics(const Hypothesis& hypothesis, std::size_t term,
-                      std::span<const double> error, Start& start) const {
+  void use_statistics(const Hypothesis& hypothesis, std::size_t term, std::span<const double> error,
+                      Start& start) const {
     const Law& candidate = *hypothesis.terms()[term];
     const std::size_t first = hypothesis.first_of(term);
     if (const auto found = scan(candidate, likelihood_.blocks(), error)) {
@@ -251,8 +250,8 @@ class Competitors {
         }
       }
       const std::size_t members = fit.hypothesis.jumps() ? 128 : 64;
-      tasks.push_back({fit.hypothesis, std::move(start), {members, 2, 2},
-                       10 + fit.hypothesis.terms().size()});
+      tasks.push_back(
+          {fit.hypothesis, std::move(start), {members, 2, 2}, 10 + fit.hypothesis.terms().size()});
     }
     search_all(tasks);
   }
@@ -268,8 +267,7 @@ class Competitors {
       if (!law.slips) continue;
       Hypothesis sticks(likelihood_.loop(), {&law});
       Start start = from_parent(*backlash, sticks, 1.0);
-      const double deadband =
-          backlash->hypothesis.at(backlash->population.top().z).searched[0][0];
+      const double deadband = backlash->hypothesis.at(backlash->population.top().z).searched[0][0];
       start.mean[0] = law.search[0].position(1.1 * deadband);
       start.deviation[0] = 0.03;
       start.mean[1] = 0.1;
@@ -362,12 +360,11 @@ class Competitors {
       for (std::size_t i = 0; i < layout.size; ++i) z[i] = start.mean[i];
       for (std::size_t i = 0; i < own; ++i) {
         const bool sure = start.deviation[first + i] < 1.0;
-        z[first + i] = sure ? std::clamp(start.mean[first + i] + start.deviation[first + i] *
-                                                                     random.normal(),
-                                         0.0, 1.0)
-                       : own == 1 ? (static_cast<double>(t / 2) + 0.5) /
-                                        static_cast<double>(count / 2)
-                                  : random.uniform();
+        z[first + i] =
+            sure ? std::clamp(start.mean[first + i] + start.deviation[first + i] * random.normal(),
+                              0.0, 1.0)
+            : own == 1 ? (static_cast<double>(t / 2) + 0.5) / static_cast<double>(count / 2)
+                       : random.uniform();
       }
       // With less left, the error is smaller.
       if (t % 2 == 1) {
@@ -400,7 +397,9 @@ class Competitors {
         part.erase(part.begin() + static_cast<std::ptrdiff_t>(i));
         Hypothesis without(likelihood_.loop(), part);
         Start start = from_parent(whole, without, 0.85);
-        tasks.push_back({std::move(without), std::move(start), {64, 2, 2},
+        tasks.push_back({std::move(without),
+                         std::move(start),
+                         {64, 2, 2},
                          static_cast<std::uint64_t>(20 + round)});
       }
       search_all(tasks);
@@ -422,15 +421,13 @@ const Fit& Competition::none() const {
                        [](const Fit& f) { return f.hypothesis.terms().empty(); });
 }
 
-Competition compete(const Likelihood& likelihood, const std::vector<Law>& laws,
-                    const Slips& slips, std::size_t most_effects,
-                    const numeric::ParallelFor& parallel) {
+Competition compete(const Likelihood& likelihood, const std::vector<Law>& laws, const Slips& slips,
+                    std::size_t most_effects, const numeric::ParallelFor& parallel) {
   return Competitors(likelihood, laws, slips, parallel, {}).run(most_effects);
 }
 
-void add_laws(Competition& competition, const Likelihood& likelihood,
-              const std::vector<Law>& laws, const Slips& slips,
-              const numeric::ParallelFor& parallel) {
+void add_laws(Competition& competition, const Likelihood& likelihood, const std::vector<Law>& laws,
+              const Slips& slips, const numeric::ParallelFor& parallel) {
   competition = Competitors(likelihood, laws, slips, parallel, std::move(competition)).add();
 }
 

@@ -40,12 +40,10 @@ struct Competition {
   const Fit& none() const;
 };
 
-Competition compete(const Likelihood& likelihood, const std::vector<Law>& laws,
-                    const Slips& slips, std::size_t most_effects,
-                    const numeric::ParallelFor& parallel);
+Competition compete(const Likelihood& likelihood, const std::vector<Law>& laws, const Slips& slips,
+                    std::size_t most_effects, const numeric::ParallelFor& parallel);
 // Adds further laws, each separately.
-void add_laws(Competition& competition, const Likelihood& likelihood,
-              const std::vector<Law>& laws, const Slips& slips,
-              const numeric::ParallelFor& parallel);
+void add_laws(Competition& competition, const Likelihood& likelihood, const std::vector<Law>& laws,
+              const Slips& slips, const numeric::ParallelFor& parallel);
 
 }  // namespace loopwarden::estimator

@@ -37,8 +37,7 @@ ErrorFilter::ErrorFilter(const Blocks& blocks, ErrorTimes times, double disturba
     }
     dd = keep_disturbance_ * keep_disturbance_ * dd + drift;
     dm *= keep_disturbance_ * keep_law_;
-    mm = keep_law_ * keep_law_ * mm +
-         new_law * law_variance[std::min(k + 1, gains_.size() - 1)];
+    mm = keep_law_ * keep_law_ * mm + new_law * law_variance[std::min(k + 1, gains_.size() - 1)];
   }
   log_determinant_ += std::log(product);
 }

@@ -16,10 +16,10 @@ namespace {
 
 using effects::Block;
 
-constexpr double kEndQuantile = 0.01;      // where the ends of PV are taken
-constexpr double kLeastMovement = 0.005;   // of the CO span: a valve that moves less shows nothing
+constexpr double kEndQuantile = 0.01;     // where the ends of PV are taken
+constexpr double kLeastMovement = 0.005;  // of the CO span: a valve that moves less shows nothing
 constexpr double kAsGood = 1.15;          // of the least error on the fitted part
-constexpr double kLeastEffect = 0.0015;    // of the PV span: a smaller effect does not matter
+constexpr double kLeastEffect = 0.0015;   // of the PV span: a smaller effect does not matter
 
 // Linear dynamics and curves: a model that does not know the process can't lack them.
 bool changes_process(const Candidate& c) {
@@ -37,17 +37,17 @@ std::vector<Candidate> catalogue_for(const Observed& observed, const LoopFacts& 
   for (std::size_t k = 0; k < fitted; ++k) {
     if (observed.used[k]) pv.push_back(observed.pv[k]);
   }
-  std::vector<Candidate> all = effects::candidates(
-      {.output_low = pid.output_low,
-       .output_high = pid.output_high,
-       .output_used_low = *low,
-       .output_used_high = *high,
-       .pv_low = numeric::quantile(pv, kEndQuantile),
-       .pv_high = numeric::quantile(pv, 1.0 - kEndQuantile),
-       .period_s = observed.period_s,
-       .duration_s = observed.period_s * static_cast<double>(fitted),
-       .time_constant_s = loop.answer_s - model.process.dead_time_s,
-       .dead_time_s = model.process.dead_time_s});
+  std::vector<Candidate> all =
+      effects::candidates({.output_low = pid.output_low,
+                           .output_high = pid.output_high,
+                           .output_used_low = *low,
+                           .output_used_high = *high,
+                           .pv_low = numeric::quantile(pv, kEndQuantile),
+                           .pv_high = numeric::quantile(pv, 1.0 - kEndQuantile),
+                           .period_s = observed.period_s,
+                           .duration_s = observed.period_s * static_cast<double>(fitted),
+                           .time_constant_s = loop.answer_s - model.process.dead_time_s,
+                           .dead_time_s = model.process.dead_time_s});
   const bool still = *high - *low < kLeastMovement * loop.co_span;
   const bool level_free = loop.wide || model.process.integrating();
   std::erase_if(all, [&](const Candidate& c) {
@@ -62,8 +62,8 @@ std::vector<Candidate> catalogue_for(const Observed& observed, const LoopFacts& 
   for (Candidate& candidate : all) {
     for (effects::SearchRange& range : candidate.search) {
       if (!range.is_period) continue;
-      range.low = std::min(std::max(range.low, kFewestBlocks * blocks.period_s()),
-                           0.5 * range.high);
+      range.low =
+          std::min(std::max(range.low, kFewestBlocks * blocks.period_s()), 0.5 * range.high);
     }
   }
   return all;
@@ -93,7 +93,8 @@ class Estimator {
         slips_(find_slips(observed, loop_, fitted_, noise_rms_)),
         likelihood_(loop_, run_, observed, fitted_, noise_rms_, slips_),
         parallel_(parallel) {
-    const std::vector<Candidate> catalogue = catalogue_for(observed, loop_, likelihood_.blocks(), options);
+    const std::vector<Candidate> catalogue =
+        catalogue_for(observed, loop_, likelihood_.blocks(), options);
     const double duration_s = observed.period_s * static_cast<double>(fitted_);
     named_ = named_laws(catalogue, duration_s);
     const bool learns = std::find(options.without.begin(), options.without.end(), "learned") ==
@@ -118,7 +119,7 @@ class Estimator {
     }
     out.evaluations = competition_.evaluations;
     const std::vector<double> weight = weights(competition_.fits);
-    const double unnamed = kLimits.unnamed[!explained(out, chosen)                    ? 2
+    const double unnamed = kLimits.unnamed[!explained(out, chosen)                ? 2
                                            : within(out.after.holdout, out.floor) ? 0
                                                                                   : 1];
     out.posterior.emplace_back("unnamed", unnamed);
@@ -228,8 +229,8 @@ class Estimator {
   Ranked rank(const Fit& fit, double weight) const {
     Ranked out{fit.hypothesis.title(), fit.score, fit.log_likelihood(), weight, {}, {}, {}};
     const Point point = fit.hypothesis.at(fit.population.top().z);
-    out.error = likelihood_.errors().size_at(
-        likelihood_.errors().index(point.disturbance, point.law));
+    out.error =
+        likelihood_.errors().size_at(likelihood_.errors().index(point.disturbance, point.law));
     const auto solved = fit.solution.solved(fit.hypothesis, likelihood_.fixed());
     for (std::size_t i = 0; i < fit.hypothesis.terms().size(); ++i) {
       for (const auto& [name, value] :
@@ -238,11 +239,10 @@ class Estimator {
       }
     }
     out.parameters += numeric::text(" | T %.2f L %.2f", point.time_constant_s, point.dead_time_s);
-    out.parameters += numeric::text(" K' %.3f lnT %.3f L %.3f level %.3f wn %.1f zeta %.2f f %.3f jit %.2f",
-                                    fit.solution.gain(), fit.solution.mean(1),
-                                    fit.solution.mean(2), fit.solution.mean(3),
-                                    point.actuator_frequency, point.actuator_damping,
-                                    point.friction, point.jitter);
+    out.parameters += numeric::text(
+        " K' %.3f lnT %.3f L %.3f level %.3f wn %.1f zeta %.2f f %.3f jit %.2f",
+        fit.solution.gain(), fit.solution.mean(1), fit.solution.mean(2), fit.solution.mean(3),
+        point.actuator_frequency, point.actuator_damping, point.friction, point.jitter);
     out.left = errors_of(run_of(fit));
     return out;
   }
@@ -298,17 +298,14 @@ class Estimator {
     for (std::size_t i = 0; i < out.population.members.size(); ++i) {
       const std::vector<double>& z = out.population.members[i].z;
       likelihood_.of(law, z, work, &out.solution);
-      left.emplace_back(
-          errors_of(likelihood_.simulate(law, z, out.solution, observed_.pv.size())), i);
+      left.emplace_back(errors_of(likelihood_.simulate(law, z, out.solution, observed_.pv.size())),
+                        i);
     }
     double least = left[0].first.training;
     for (const auto& one : left) least = std::min(least, one.first.training);
-    std::erase_if(left, [&](const auto& one) {
-      return one.first.training > kAsGood * least;
-    });
-    std::sort(left.begin(), left.end(), [](const auto& a, const auto& b) {
-      return a.first.holdout < b.first.holdout;
-    });
+    std::erase_if(left, [&](const auto& one) { return one.first.training > kAsGood * least; });
+    std::sort(left.begin(), left.end(),
+              [](const auto& a, const auto& b) { return a.first.holdout < b.first.holdout; });
     out.population.best = left[(left.size() - 1) / 2].second;
     likelihood_.of(law, out.population.top().z, work, &out.solution);
     return out;
@@ -346,8 +343,7 @@ class Estimator {
 
   ErrorSize size_of(const Fit& fit) const {
     const Point point = fit.hypothesis.at(fit.population.top().z);
-    return likelihood_.errors().size_at(
-        likelihood_.errors().index(point.disturbance, point.law));
+    return likelihood_.errors().size_at(likelihood_.errors().index(point.disturbance, point.law));
   }
 
   // Whether the last third contradicts the names: they close nothing there, or less than half of a
@@ -378,8 +374,11 @@ class Estimator {
         const Hypothesis& other = competition_.fits[h].hypothesis;
         if (other.contains(term.name) && other.named() == term.named) confidence += weight[h];
       }
-      Found found{term.effect(point.searched[i], solved[i]), term.block,
-                  std::min(confidence, kLimits.most_confidence), ranges[i], {}};
+      Found found{term.effect(point.searched[i], solved[i]),
+                  term.block,
+                  std::min(confidence, kLimits.most_confidence),
+                  ranges[i],
+                  {}};
       if (!term.named) {
         found.description = term.description();
         found.spec.name = "learned";
@@ -419,8 +418,8 @@ const char* to_text(Verdict verdict) noexcept {
   return "";
 }
 
-Estimate estimate(const Observed& observed, const plant::LoopModel& model,
-                  const Options& options, const numeric::ParallelFor& parallel) {
+Estimate estimate(const Observed& observed, const plant::LoopModel& model, const Options& options,
+                  const numeric::ParallelFor& parallel) {
   return Estimator(observed, model, options, parallel).answer();
 }
 

@@ -64,11 +64,11 @@ struct Estimate {
   std::vector<Ranked> ranked;
   Errors before, after;
   double with_slips = 0.0;  // PV units, last third, with the slips that PV shows there
-  double noise_rms = 0.0;  // PV units
-  double floor = 0.0;      // PV units: noise and disturbance
-  double law_error = 0.0;  // PV units: of the law itself
-  double closed = 0.0;     // share of the gap, last third
-  std::string chosen;   // hypothesis that was tested against the floor
+  double noise_rms = 0.0;   // PV units
+  double floor = 0.0;       // PV units: noise and disturbance
+  double law_error = 0.0;   // PV units: of the law itself
+  double closed = 0.0;      // share of the gap, last third
+  std::string chosen;       // hypothesis that was tested against the floor
   Errors chosen_left;
   // What a law without a name explains beyond the chosen hypothesis.
   std::string flexible;
@@ -80,7 +80,7 @@ struct Estimate {
 };
 
 // `model`: at the period of the record. `resolution`: of the transmitter, PV units.
-Estimate estimate(const Observed& observed, const plant::LoopModel& model,
-                  const Options& options, const numeric::ParallelFor& parallel);
+Estimate estimate(const Observed& observed, const plant::LoopModel& model, const Options& options,
+                  const numeric::ParallelFor& parallel);
 
 }  // namespace loopwarden::estimator

@@ -26,12 +26,12 @@
 namespace loopwarden::estimator {
 
 struct Flexible {
-  std::string family;            // "static", "dynamic + by state"; empty: none is better
-  double lead = 0.0;             // nats above the hypothesis
-  std::vector<double> pv;        // free run of the whole record, PV units
+  std::string family;      // "static", "dynamic + by state"; empty: none is better
+  double lead = 0.0;       // nats above the hypothesis
+  std::vector<double> pv;  // free run of the whole record, PV units
   // The disturbance that is left with it, PV units per root second: what it explains is none.
   double disturbance = 0.0;
-  std::vector<double> parts;     // lead by part of the record, nats
+  std::vector<double> parts;  // lead by part of the record, nats
 };
 
 // The best family or combination, added to `fit`.

@@ -41,9 +41,8 @@ effects::SearchRange actuator_damping(const plant::LoopModel& model) {
 
 LoopFacts::LoopFacts(const plant::LoopModel& given)
     : model(given),
-      wide(!given.process.integrating() &&
-           (given.uncertainty.gain > kLimits.wide ||
-            given.uncertainty.time_constant > kLimits.wide)),
+      wide(!given.process.integrating() && (given.uncertainty.gain > kLimits.wide ||
+                                            given.uncertainty.time_constant > kLimits.wide)),
       answer_s(std::max(plant::answer_s(given), given.sample_time_s)),
       pv_span(given.transmitter.span()),
       co_span(given.controller.pid.output_span()),
@@ -73,8 +72,7 @@ Hypothesis::Hypothesis(const LoopFacts& loop, Terms terms)
 }
 
 bool Hypothesis::changes_gain() const noexcept {
-  return std::any_of(terms_.begin(), terms_.end(),
-                     [](const Law* t) { return t->solves_gain; });
+  return std::any_of(terms_.begin(), terms_.end(), [](const Law* t) { return t->solves_gain; });
 }
 
 Hypothesis Hypothesis::law_only() const {
@@ -121,13 +119,12 @@ Point Hypothesis::at(std::span<const double> z) const {
   if (loop_->model.has_valve) {
     p.actuator_damping = loop_->damping.value(z[layout_.actuator]);
     // An overdamped actuator must be stiffer to be as fast.
-    p.actuator_frequency = std::min(loop_->frequency.value(z[layout_.actuator + 1]) *
-                                        std::max(1.0, 2.0 * p.actuator_damping),
-                                    loop_->frequency.high);
+    p.actuator_frequency = std::min(
+        loop_->frequency.value(z[layout_.actuator + 1]) * std::max(1.0, 2.0 * p.actuator_damping),
+        loop_->frequency.high);
     p.friction = loop_->friction.value(z[layout_.actuator + 2]);
     // The measured dead time contains the delay of the actuator.
-    p.dead_time_s =
-        std::max(0.0, p.dead_time_s - 2.0 * p.actuator_damping / p.actuator_frequency);
+    p.dead_time_s = std::max(0.0, p.dead_time_s - 2.0 * p.actuator_damping / p.actuator_frequency);
   }
   if (jumps()) p.jitter = kLimits.jitters[bin_of(z[layout_.jitter], kLimits.jitters.size())];
   p.disturbance = bin_of(z[layout_.error], kLimits.disturbances.size());
@@ -172,8 +169,7 @@ bool Hypothesis::named() const noexcept {
 }
 
 bool Hypothesis::contains(std::string_view name) const noexcept {
-  return std::any_of(terms_.begin(), terms_.end(),
-                     [&](const Law* t) { return name == t->name; });
+  return std::any_of(terms_.begin(), terms_.end(), [&](const Law* t) { return name == t->name; });
 }
 
 bool compatible(const Law& a, const Law& b) {

@@ -29,7 +29,7 @@ struct Point {
   std::vector<std::vector<double>> searched;  // one list per effect
   std::vector<effects::Schedule> schedules;   // of each effect
   double time_constant_s = 1.0;
-  double dead_time_s = 0.0;        // of the process, without the delay of the actuator
+  double dead_time_s = 0.0;  // of the process, without the delay of the actuator
   double actuator_damping = 0.5;
   double actuator_frequency = 0.0;  // rad/s; 0: no valve
   double friction = 0.0;            // CO units, of a healthy valve
@@ -41,11 +41,11 @@ struct Point {
 
 // Places in the vector of coordinates.
 struct Layout {
-  std::size_t own = 0;      // coordinates of the effects: the first ones
-  std::size_t process = 0;  // first of two, if wide
+  std::size_t own = 0;       // coordinates of the effects: the first ones
+  std::size_t process = 0;   // first of two, if wide
   std::size_t actuator = 0;  // first of three, if there is a valve
   std::size_t jitter = 0;    // if it jumps
-  std::size_t error = 0;    // first of two
+  std::size_t error = 0;     // first of two
   std::size_t size = 0;
 };
 

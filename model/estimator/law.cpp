@@ -104,8 +104,7 @@ std::vector<Law> unnamed_laws(const std::vector<Candidate>& catalogue, double du
     if (std::find(seen.begin(), seen.end(), name) != seen.end()) continue;
     seen.push_back(name);
     const Law law = law_of(candidate, duration_s);
-    if (name == "backlash" || name == "hysteresis" || name == "stiction" ||
-        name == "resolution") {
+    if (name == "backlash" || name == "hysteresis" || name == "stiction" || name == "resolution") {
       laws.push_back(in_transmitter(law, pv_over_co));
     }
     if (name == "backlash" || name == "stiction" || name == "extra_lag" ||
@@ -113,9 +112,8 @@ std::vector<Law> unnamed_laws(const std::vector<Candidate>& catalogue, double du
       laws.push_back(at_times(law, Law::Timing::growing));
     }
     if (name == "backlash" || name == "hysteresis" || name == "extra_lag" ||
-        name == "extra_dead_time" || name == "valve_characteristic" ||
-        name == "low_air_supply" || name == "positioner_overshoot" ||
-        name == "inverse_response") {
+        name == "extra_dead_time" || name == "valve_characteristic" || name == "low_air_supply" ||
+        name == "positioner_overshoot" || name == "inverse_response") {
       laws.push_back(at_times(law, Law::Timing::since));
     }
     if (name == "gain_change") {

@@ -22,8 +22,9 @@ std::vector<double> prior_deviations(const LoopFacts& loop, std::size_t fixed) {
                 : std::max(part * unknown.dead_time * model.process.dead_time_s,
                            part * model.sample_time_s)};
   // A model that states no level means PV 0 at CO 0.
-  prior.push_back(!loop.wide && !model.process.integrating() ? kLimits.level * std::abs(model.process.gain) * loop.co_span
-                         : kLimits.free_level * loop.pv_span);
+  prior.push_back(!loop.wide && !model.process.integrating()
+                      ? kLimits.level * std::abs(model.process.gain) * loop.co_span
+                      : kLimits.free_level * loop.pv_span);
   const bool integrating = model.process.integrating();
   for (std::size_t i = 1; i < fixed; ++i) {
     prior.push_back((i == 1 && integrating ? 10.0 : kLimits.start) * loop.pv_span);
@@ -91,19 +92,17 @@ void Likelihood::add_jumps(const Point& point, const std::vector<double>& stem,
                            std::vector<double>& variance) const {
   const double h = blocks_.sample_time_s();
   const double gain = loop_.model.process.gain;
-  const auto around = std::max<std::ptrdiff_t>(
-      1, static_cast<std::ptrdiff_t>(0.6 * loop_.answer_s / h + 1e-6));
-  const auto delay =
-      static_cast<std::ptrdiff_t>(loop_.model.process.dead_time_s / h + 1e-6);
+  const auto around =
+      std::max<std::ptrdiff_t>(1, static_cast<std::ptrdiff_t>(0.6 * loop_.answer_s / h + 1e-6));
+  const auto delay = static_cast<std::ptrdiff_t>(loop_.model.process.dead_time_s / h + 1e-6);
   const auto last = static_cast<std::ptrdiff_t>(stem.size()) - 1;
   for (std::size_t b = 0; b < variance.size(); ++b) {
     const auto at = static_cast<std::ptrdiff_t>((static_cast<double>(b) + 0.5) *
                                                 static_cast<double>(blocks_.per_block())) -
                     delay;
-    const double moved = stem[static_cast<std::size_t>(std::clamp(at + around, std::ptrdiff_t{0},
-                                                                  last))] -
-                         stem[static_cast<std::size_t>(std::clamp(at - around, std::ptrdiff_t{0},
-                                                                  last))];
+    const double moved =
+        stem[static_cast<std::size_t>(std::clamp(at + around, std::ptrdiff_t{0}, last))] -
+        stem[static_cast<std::size_t>(std::clamp(at - around, std::ptrdiff_t{0}, last))];
     variance[b] = point.jitter * point.jitter * gain * gain * moved * moved;
   }
 }
@@ -117,8 +116,7 @@ double Likelihood::of(const Hypothesis& hypothesis, std::span<const double> z, W
   const std::size_t samples = blocks_.samples();
   double penalty = 0.0;
   try {
-    penalty = run_.run(hypothesis, point, samples,
-                       guided ? &slips_ : nullptr, work.columns,
+    penalty = run_.run(hypothesis, point, samples, guided ? &slips_ : nullptr, work.columns,
                        jitters ? &work.stem : nullptr);
   } catch (const effects::EffectError&) {
     return -1e12;  // outside what the law accepts
@@ -188,9 +186,9 @@ double Likelihood::of(const Hypothesis& hypothesis, std::span<const double> z, W
   }
   for (std::size_t i = Columns::kFirstFixed; i < count; ++i) {
     prior(static_cast<Eigen::Index>(i)) =
-        i >= named ? work.extra->deviations[i - named]
-                   : kLimits.solved * loop_.pv_span /
-                         std::max(solved_rms[i - Columns::kFirstFixed], 1e-9);
+        i >= named
+            ? work.extra->deviations[i - named]
+            : kLimits.solved * loop_.pv_span / std::max(solved_rms[i - Columns::kFirstFixed], 1e-9);
   }
   for (std::size_t i = 0; i < fixed; ++i) {
     prior(static_cast<Eigen::Index>(count + i)) = prior_[Columns::kFirstFixed + i];
@@ -198,8 +196,7 @@ double Likelihood::of(const Hypothesis& hypothesis, std::span<const double> z, W
   Eigen::MatrixXd q = gram.topLeftCorner(size, size).selfadjointView<Eigen::Lower>();
   q = prior.asDiagonal() * q * prior.asDiagonal();
   q.diagonal().array() += 1.0;
-  const Eigen::VectorXd v =
-      prior.cwiseProduct(gram.row(size).head(size).transpose());
+  const Eigen::VectorXd v = prior.cwiseProduct(gram.row(size).head(size).transpose());
   const Eigen::LLT<Eigen::MatrixXd> factor(q);
   const Eigen::VectorXd weights = factor.solve(v);
   double log_det = 0.0;
@@ -212,12 +209,13 @@ double Likelihood::of(const Hypothesis& hypothesis, std::span<const double> z, W
   // Moving columns of the effects come after the fixed ones in the solution.
   const Eigen::VectorXd mean = prior.cwiseProduct(weights);
   const Eigen::MatrixXd covariance =
-      prior.asDiagonal() * factor.solve(Eigen::MatrixXd::Identity(size, size)) *
-      prior.asDiagonal();
+      prior.asDiagonal() * factor.solve(Eigen::MatrixXd::Identity(size, size)) * prior.asDiagonal();
   std::vector<Eigen::Index> order;
-  for (std::size_t i = 0; i < Columns::kFirstFixed; ++i) order.push_back(static_cast<Eigen::Index>(i));
+  for (std::size_t i = 0; i < Columns::kFirstFixed; ++i)
+    order.push_back(static_cast<Eigen::Index>(i));
   for (std::size_t i = count; i < count + fixed; ++i) order.push_back(static_cast<Eigen::Index>(i));
-  for (std::size_t i = Columns::kFirstFixed; i < count; ++i) order.push_back(static_cast<Eigen::Index>(i));
+  for (std::size_t i = Columns::kFirstFixed; i < count; ++i)
+    order.push_back(static_cast<Eigen::Index>(i));
   solution->log_likelihood = log_likelihood;
   solution->mean.resize(size);
   solution->covariance.resize(size, size);
@@ -245,8 +243,8 @@ std::vector<double> Likelihood::simulate(const Hypothesis& hypothesis, std::span
   run_.run(hypothesis, point, samples, slips, columns, nullptr);
   std::vector<double> pv(samples);
   for (std::size_t k = 0; k < samples; ++k) {
-    pv[k] = run_.offset()[k] + solution.gain() * columns[0][k] +
-            solution.mean(1) * columns[1][k] + solution.mean(2) * columns[2][k];
+    pv[k] = run_.offset()[k] + solution.gain() * columns[0][k] + solution.mean(1) * columns[1][k] +
+            solution.mean(2) * columns[2][k];
   }
   auto next = static_cast<Eigen::Index>(Columns::kFirstFixed);
   for (const auto& column : run_.fixed()) {

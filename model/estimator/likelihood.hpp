@@ -78,7 +78,7 @@ class Likelihood {
   double allowed(std::size_t column) const noexcept { return prior_[column]; }
 
  private:
-  struct White {  // PV and the fixed columns after a filter
+  struct White {              // PV and the fixed columns after a filter
     Eigen::MatrixXd columns;  // fixed ones, then PV
   };
   double prior_of(const Hypothesis& hypothesis, std::size_t column) const noexcept;
@@ -91,10 +91,10 @@ class Likelihood {
   Blocks blocks_;
   ErrorGrid errors_;
   const Slips& slips_;
-  std::vector<double> pv_;                   // means, offset taken off
-  std::vector<std::vector<double>> fixed_;   // means of the level and the decays
-  std::vector<double> prior_;                // deviations of K', ln T, dead time and fixed ones
-  std::vector<White> white_;                 // by filter
+  std::vector<double> pv_;                  // means, offset taken off
+  std::vector<std::vector<double>> fixed_;  // means of the level and the decays
+  std::vector<double> prior_;               // deviations of K', ln T, dead time and fixed ones
+  std::vector<White> white_;                // by filter
 };
 
 }  // namespace loopwarden::estimator

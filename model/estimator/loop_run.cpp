@@ -14,7 +14,7 @@ namespace {
 using effects::Block;
 using effects::EffectSpec;
 
-constexpr double kStep = 1e-3;  // of ln T, for the derivative
+constexpr double kStep = 1e-3;       // of ln T, for the derivative
 constexpr double kShownStep = 0.02;  // of ln T, through effects that need not be linear
 
 int valve_rank(const EffectSpec& spec) {
@@ -28,8 +28,8 @@ EffectSpec with_momentum(const Law& term, EffectSpec spec, const Point& point) {
 }
 
 // z of a flow through a process with this time constant and dead time.
-void respond(const plant::ProcessParameters& process, std::span<const double> flow,
-             double period_s, std::vector<double>& z) {
+void respond(const plant::ProcessParameters& process, std::span<const double> flow, double period_s,
+             std::vector<double>& z) {
   plant::Process model(process, period_s);
   z.resize(flow.size());
   z[0] = model.reset(flow[0]);
@@ -75,9 +75,9 @@ void LoopRun::add_healthy_valve(std::vector<Placed>& valve, const Point& point) 
   }
   for (const effects::Descriptor& info : effects::effect_catalogue()) {
     if (info.healthy_valve == nullptr) continue;
-    place_in_valve(valve, {info.healthy_valve(point.friction, point.actuator_frequency,
-                                              point.actuator_damping),
-                           {}});
+    place_in_valve(
+        valve,
+        {info.healthy_valve(point.friction, point.actuator_frequency, point.actuator_damping), {}});
   }
 }
 
@@ -124,9 +124,8 @@ void LoopRun::pass_transmitter(std::span<double> signal) const {
   for (std::size_t k = 0; k < signal.size(); ++k) {
     const double now_s = static_cast<double>(k) * context_.sample_time_s;
     const double pv = level + signal[k];
-    const double shown =
-        k == 0 ? transmitter.reset(disturbances.reset(pv, 0.0), 0.0)
-               : transmitter.step(disturbances.step(pv, now_s), now_s);
+    const double shown = k == 0 ? transmitter.reset(disturbances.reset(pv, 0.0), 0.0)
+                                : transmitter.step(disturbances.step(pv, now_s), now_s);
     // The first call, with a signal of 0, makes the offset.
     signal[k] = shown - offset_[k];
   }
@@ -244,9 +243,8 @@ double LoopRun::run(const Hypothesis& hypothesis, const Point& point, std::size_
     before.run(moves, 0.0, h);
     const effects::StictionParameters friction{sticks->spec.parameters.at("s"),
                                                sticks->spec.parameters.at("j")};
-    effects::StictionInertial law(
-        friction, {point.actuator_frequency, point.actuator_damping}, h,
-        {context.output_low, context.output_high});
+    effects::StictionInertial law(friction, {point.actuator_frequency, point.actuator_damping}, h,
+                                  {context.output_low, context.output_high});
     law.reset(flow[0]);
     flow[0] = law.step(co_[0]);
     // The slips were found with the dead time of the model.

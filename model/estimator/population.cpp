@@ -25,8 +25,8 @@ double reflect(double v) noexcept {
 }
 
 std::size_t below(Random& random, std::size_t count) noexcept {
-  return std::min(count - 1, static_cast<std::size_t>(random.uniform() *
-                                                      static_cast<double>(count)));
+  return std::min(count - 1,
+                  static_cast<std::size_t>(random.uniform() * static_cast<double>(count)));
 }
 
 std::vector<double> draw(const Start& start, std::size_t size, Random& random) {
@@ -74,9 +74,8 @@ class Search {
     double top = members_[0].log_likelihood;
     for (const Member& m : members_) top = std::max(top, m.log_likelihood);
     const auto count = static_cast<double>(members_.size());
-    const double wanted =
-        first ? std::min(0.5 * static_cast<double>(effort_.members), 0.3 * count)
-              : kLimits.kept * count;
+    const double wanted = first ? std::min(0.5 * static_cast<double>(effort_.members), 0.3 * count)
+                                : kLimits.kept * count;
     std::vector<double> weights(members_.size());
     const auto effective = [&](double by) {
       double sum = 0.0;
@@ -107,7 +106,8 @@ class Search {
     std::size_t i = 0;
     for (std::size_t k = 0; k < effort_.members; ++k) {
       const double at = (static_cast<double>(k) + offset) / static_cast<double>(effort_.members);
-      while (i + 1 < members_.size() && passed + weights[i] / sum < at) passed += weights[i++] / sum;
+      while (i + 1 < members_.size() && passed + weights[i] / sum < at)
+        passed += weights[i++] / sum;
       next.push_back(members_[i]);
     }
     members_ = std::move(next);
@@ -239,8 +239,7 @@ Population search(const Likelihood& likelihood, const Hypothesis& hypothesis, co
     again.deviation[layout.error] = again.deviation[layout.error + 1] = 0.15;
     if (hypothesis.has_valve()) {
       for (std::size_t i = 0; i < 3; ++i) {
-        again.deviation[layout.actuator + i] =
-            std::max(again.deviation[layout.actuator + i], 0.15);
+        again.deviation[layout.actuator + i] = std::max(again.deviation[layout.actuator + i], 0.15);
       }
     }
     Population next = Search(likelihood, hypothesis, effort, random, work).run(again);

@@ -45,9 +45,9 @@ std::vector<double> stem_of(const Observed& observed, const LoopFacts& loop, std
   const double lag_s = loop.model.process.time_constant_s;
   for (std::size_t k = w.half + w.delay; k + w.half < samples; ++k) {
     const double total = sum[k + w.half + 1] - sum[k - w.half];
-    const double slope = (moment[k + w.half + 1] - moment[k - w.half] -
-                          static_cast<double>(k) * total) /
-                         (squares * observed.period_s);
+    const double slope =
+        (moment[k + w.half + 1] - moment[k - w.half] - static_cast<double>(k) * total) /
+        (squares * observed.period_s);
     stem[k - w.delay] = (total / (2.0 * half + 1.0) + lag_s * slope) / gain;
   }
   return stem;
@@ -78,8 +78,7 @@ Slips find_slips(const Observed& observed, const LoopFacts& loop, std::size_t sa
   const double deviation =
       noise_rms / std::abs(loop.model.process.gain) *
       (loop.model.process.time_constant_s / (observed.period_s * std::sqrt(squares)) + 0.3);
-  const double least =
-      std::max(kLimits.jump_noise * deviation, kLimits.least_jump * loop.co_span);
+  const double least = std::max(kLimits.jump_noise * deviation, kLimits.least_jump * loop.co_span);
 
   std::vector<double> change(samples, 0.0);
   for (std::size_t k = w.reach; k + w.reach < samples; ++k) {
@@ -114,8 +113,8 @@ Slips find_slips(const Observed& observed, const LoopFacts& loop, std::size_t sa
   // The mean of both directions does not depend on the level of PV.
   out.static_friction = 0.5 * (numeric::median(before[0]) + numeric::median(before[1]));
   if (out.static_friction <= 0.0) return out;
-  out.remaining = 0.5 * (numeric::median(after[0]) + numeric::median(after[1])) /
-                  out.static_friction;
+  out.remaining =
+      0.5 * (numeric::median(after[0]) + numeric::median(after[1])) / out.static_friction;
   return out;
 }
 
@@ -145,9 +144,9 @@ double follow_slips(effects::StictionInertial& law, double static_friction, cons
       continue;
     }
     // A slip before the law's own moment, or after it.
-    const double off = size < static_friction ? size - static_friction
-                                              : std::max(0.0, std::min(last, size) -
-                                                                  static_friction);
+    const double off = size < static_friction
+                           ? size - static_friction
+                           : std::max(0.0, std::min(last, size) - static_friction);
     const double deviations = off / varies;
     penalty += 0.5 * deviations * deviations;
     last = 0.0;

@@ -18,8 +18,8 @@ std::vector<double> places(const effects::SearchRange& range, double duration_s,
   if (range.is_period) {
     const double low = 1.0 / range.high;
     const double high = 1.0 / range.low;
-    const auto lines = static_cast<std::size_t>(
-        std::clamp(4.0 * (high - low) * duration_s, 20.0, 1500.0));
+    const auto lines =
+        static_cast<std::size_t>(std::clamp(4.0 * (high - low) * duration_s, 20.0, 1500.0));
     for (std::size_t i = 0; i < lines; ++i) {
       const double share = (static_cast<double>(i) + 0.5) / static_cast<double>(lines);
       out.push_back(range.position(1.0 / (low + (high - low) * share)));
@@ -87,8 +87,7 @@ std::optional<std::vector<double>> scan(const Candidate& candidate, const Blocks
   return found;
 }
 
-std::optional<std::vector<double>> sticking_start(const Candidate& candidate,
-                                                  const Slips& slips) {
+std::optional<std::vector<double>> sticking_start(const Candidate& candidate, const Slips& slips) {
   if (!candidate.slips || slips.count < 3 || slips.static_friction <= 0.0) return std::nullopt;
   // fs = (s + j) / 2, and a slip takes the force from fs to `remaining` fs; a stem with little
   // damping overshoots by most of the jump.

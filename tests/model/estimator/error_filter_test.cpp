@@ -53,7 +53,8 @@ TEST_CASE("innovations have the likelihood of the whole covariance", "[estimator
   const Blocks blocks(observed, 40, 2, kNoise);
   const ErrorTimes times{30.0, 3.0};
   std::vector<double> law(blocks.count());
-  for (std::size_t k = 0; k < law.size(); ++k) law[k] = 0.01 * (1.0 + 0.5 * std::sin(0.7 * static_cast<double>(k)));
+  for (std::size_t k = 0; k < law.size(); ++k)
+    law[k] = 0.01 * (1.0 + 0.5 * std::sin(0.7 * static_cast<double>(k)));
   const ErrorFilter filter(blocks, times, 0.05, law);
 
   loopwarden::numeric::Random random(2);

@@ -90,8 +90,7 @@ TEST_CASE("linear parameters are integrated out exactly", "[estimator][likelihoo
   const Eigen::LLT<Eigen::MatrixXd> factor(solution.covariance);
   double log_posterior = 0.0;
   for (Eigen::Index i = 0; i < size; ++i) log_posterior -= std::log(factor.matrixLLT()(i, i));
-  const double log_data =
-      -0.5 * solution.innovations.squaredNorm() - solution.log_scales.sum();
+  const double log_data = -0.5 * solution.innovations.squaredNorm() - solution.log_scales.sum();
   CHECK(value == Approx(log_data + log_prior - log_posterior).epsilon(1e-6));
   // The true model lies within the uncertainty of the solution.
   CHECK(std::abs(solution.mean(0)) < 4.0 * std::sqrt(solution.covariance(0, 0)));
