@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A hypothesis: the loop model plus no effect, one, two or three, and the coordinates of its search.
+// A hypothesis: the loop model plus up to three effects, and the coordinates of its search.
 //
 // Each coordinate is a number from 0 to 1:
 //

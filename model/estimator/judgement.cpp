@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string_view>
 
 #include "model/estimator/constants.hpp"
 #include "model/numeric/random.hpp"
@@ -21,6 +22,14 @@ std::vector<double> score_of_parts(const Fit& fit) {
   for (const double v : parts) sum += v;
   for (double& v : parts) v += (fit.score - sum) / static_cast<double>(kLimits.parts);
   return parts;
+}
+
+// Relative error of a parameter by the law itself.
+double law_missing(std::string_view parameter) {
+  if (parameter == "s") return kLimits.missing_s;
+  if (parameter == "j") return kLimits.missing_j;
+  if (parameter == "width") return kLimits.missing_width;
+  return kLimits.missing_other;
 }
 
 // A draw from N(mean, covariance).
@@ -137,7 +146,7 @@ std::vector<std::map<std::string, Interval>> intervals(const Likelihood& likelih
       if (terms[i]->solves_gain) {
         variance += std::pow(likelihood.allowed(0) * value->second, 2.0);
       }
-      variance += std::pow(kLimits.law_missing * value->second, 2.0);
+      variance += std::pow(law_missing(name) * value->second, 2.0);
       const double half = 1.96 * std::sqrt(variance);
       out[i][name] = {value->second, {value->second - half, value->second + half}};
     }

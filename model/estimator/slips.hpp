@@ -7,7 +7,7 @@
 //
 //   x^(k) = (mean of y + T times slope of y) / K     over k - w ... k + w, shifted by the dead time
 //   jump at k: |x^(k + 2w) - x^(k - 2w)| has a local maximum above max(6 deviations, 0.4 % of CO)
-//   a resting stem slips at (1 - e) fs if PV shows a jump in this direction, at (1 + e) fs otherwise
+//   a resting stem slips at (1 - e) fs if PV shows a jump this way, otherwise at (1 + e) fs
 //   penalty  sum of (F - fs)^2 / (2 v)   over the slips at a force F that is not fs, nats
 //   e = kLimits.early + 2 d / fs     v = (kLimits.friction_varies fs)^2 + d^2
 //
