@@ -50,8 +50,8 @@ struct Limits {
   double least_share = 0.05;  // of the gap, for a further effect
 
   // Judgement (judgement.hpp).
-  std::size_t parts = 20;     // of the record
-  std::size_t draws = 400;    // of the bootstrap
+  std::size_t parts = 20;   // of the record
+  std::size_t draws = 400;  // of the bootstrap
   // Relative error of a parameter because no law is exactly the plant's: stick band and slip jump,
   // width of a hysteresis, others. Standard deviations, measured on physical plants (LuGre, Karnopp
   // and Bouc-Wen) by lab/estimator_study, seeds 600100 to 600217.
@@ -59,7 +59,7 @@ struct Limits {
   double missing_j = 0.2;
   double missing_width = 0.15;
   double missing_other = 0.015;
-  double law_share = 0.15;    // of the gap: the most that the law's own error may be
+  double law_share = 0.15;  // of the gap: the most that the law's own error may be
   // Probability that no law of the catalogue is the cause: if the winner explains the record down
   // to its floor, if only the law's own error explains what is left, and if it explains neither.
   // By hand; to be calibrated on truths outside the catalogue.
