@@ -69,7 +69,7 @@ class Competitors {
     stick_from_backlash();
     for (std::size_t effects = 2; effects <= most_effects; ++effects) {
       if (!grow(effects)) break;
-      search_again(2, 30.0);
+      search_again(3, 60.0);
       step_back();
     }
     return std::move(out_);

@@ -265,10 +265,13 @@ class Estimator {
     return *chosen;
   }
 
-  // The lead is not that of one part of the record, unless the effect is.
+  // The lead of a further effect is not that of one part of the record, unless the effect is: a
+  // moment, or a shift, which next to a disturbance shows at the start of the record only.
   static bool shown_throughout(const Fit& more, const Fit& less) {
+    if (less.hypothesis.terms().empty()) return true;
     for (const Law* term : more.hypothesis.terms()) {
-      if (term->at_one_moment && !less.hypothesis.contains(term->name)) return true;
+      if (less.hypothesis.contains(term->name)) continue;
+      if (term->at_one_moment || term->shifts_pv) return true;
     }
     return lead_t(more, less) > kLimits.least_t;
   }
@@ -346,12 +349,14 @@ class Estimator {
     return likelihood_.errors().size_at(likelihood_.errors().index(point.disturbance, point.law));
   }
 
-  // Whether the last third contradicts the names: they close nothing there, or less than half of a
-  // gap that stands out of the floor.
+  // Whether the last third contradicts the names: they close less than half of a gap that stands
+  // out of the floor, or make a small one larger than the floor allows.
   bool refuted(const Estimate& out) const {
-    const double share = closed(out.before.holdout, out.with_slips);
-    return out.before.holdout > 2.0 * out.floor ? share < kLimits.least_closed
-                                                : share < -kLimits.least_closed;
+    const double before = out.before.holdout;
+    if (before > 2.0 * out.floor) {
+      return closed(before, out.with_slips) < kLimits.least_closed;
+    }
+    return out.with_slips * out.with_slips > before * before + out.floor * out.floor;
   }
 
   // Whether a free run leaves no more than `floor` allows.
@@ -359,8 +364,12 @@ class Estimator {
     return left <= kLimits.floors * floor || left <= kLeastEffect * loop_.pv_span;
   }
   bool explained(const Estimate& out, const Fit& fit) const {
-    if (fit.hypothesis.terms().empty()) return within(out.before.holdout, out.floor);
-    return within(out.with_slips, std::hypot(out.floor, out.law_error)) && !refuted(out);
+    if (fit.hypothesis.terms().empty()) {
+      return within(std::max(out.before.training, out.before.holdout), out.floor);
+    }
+    return within(std::max(out.after.training, out.with_slips),
+                  std::hypot(out.floor, out.law_error)) &&
+           !refuted(out);
   }
 
   void name(Estimate& out, const Fit& chosen, const std::vector<double>& weight) const {
