@@ -8,7 +8,7 @@
 //
 //   q  intensity of the disturbance, PV units per root second     R  its return time, s
 //   c  size of the law's error, PV units     A  time in which PV answers to CO, s
-//   g  activity of CO: the law errs where CO moves     H  length of a block, s
+//   g  activity of CO: the law errs while CO moves     H  length of a block, s
 //
 // A Kalman filter turns e into independent innovations of variance 1. Its gains depend only on
 // (q, c), so the filters of all pairs are made once, and PV and every column pass through the same

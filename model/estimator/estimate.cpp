@@ -319,8 +319,8 @@ class Estimator {
     return gap > 0.0 ? (before * before - after * after) / gap : 0.0;
   }
 
-  // Noise and disturbance of a free run, PV units. What a law without a name explains is no
-  // disturbance, and neither is the largest one that a fit may take.
+  // Noise and disturbance of a free run, PV units. A disturbance counts only as far as no law
+  // without a name explains it, and not at its upper limit.
   double floor_of(const Fit& fit, double with_flexible) const {
     const double returns_s = std::min(300.0, likelihood_.blocks().duration_s());
     const double intensity = std::min(size_of(fit).disturbance, with_flexible);
@@ -349,8 +349,8 @@ class Estimator {
     return likelihood_.errors().size_at(likelihood_.errors().index(point.disturbance, point.law));
   }
 
-  // Whether the last third contradicts the names: they close less than half of a gap that stands
-  // out of the floor, or make a small one larger than the floor allows.
+  // Whether the last third contradicts the names: they close less than half of a gap of
+  // more than two floors, or make a smaller one larger by more than the floor.
   bool refuted(const Estimate& out) const {
     const double before = out.before.holdout;
     if (before > 2.0 * out.floor) {

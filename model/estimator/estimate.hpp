@@ -70,7 +70,7 @@ struct Estimate {
   double closed = 0.0;      // share of the gap, last third
   std::string chosen;       // hypothesis that was tested against the floor
   Errors chosen_left;
-  // What a law without a name explains beyond the chosen hypothesis.
+  // A law without a name, added to the chosen hypothesis.
   std::string flexible;
   double flexible_lead = 0.0;  // nats
   Errors with_flexible;

@@ -14,8 +14,7 @@ namespace {
 
 using numeric::Random;
 
-// The score of a fit by parts of the record. What is not of one part, such as the penalty, is
-// shared by all.
+// The score of a fit by parts of the record. All parts share the penalty equally.
 std::vector<double> score_of_parts(const Fit& fit) {
   std::vector<double> parts = parts_of(fit.solution);
   double sum = 0.0;

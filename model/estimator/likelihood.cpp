@@ -124,7 +124,7 @@ double Likelihood::of(const Hypothesis& hypothesis, std::span<const double> z, W
 
   // Means over blocks.
   std::size_t count = Columns::kFirstFixed;
-  std::vector<double> solved_rms;  // at every sample, where no frequency is averaged away
+  std::vector<double> solved_rms;  // at every sample: blocks average high frequencies away
   const auto mean_of = [&](const std::vector<double>& signal, std::size_t at) {
     if (work.means.size() <= at) work.means.resize(at + 1);
     work.means[at].resize(blocks_.count());

@@ -22,7 +22,7 @@
 
 namespace loopwarden::estimator {
 
-// What the record says about the linear parameters at one point.
+// The linear parameters at one point, given the record.
 struct Solution {
   double log_likelihood = 0.0;  // nats
   Eigen::VectorXd mean;         // K' - 1, ln T, dead time (s), level, decays, solved parameters

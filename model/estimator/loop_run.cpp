@@ -262,8 +262,8 @@ double LoopRun::run(const Hypothesis& hypothesis, const Point& point, std::size_
     behind.process.run(moves, 0.0, h);
   }
 
-  // Process, with the derivatives by differences of its own response. A later response is the same
-  // one, a sample later.
+  // Process, with the derivatives by differences of its own response. A response with
+  // more dead time is the same signal, one sample later.
   const plant::ProcessParameters& process = behind.parameters;
   plant::ProcessParameters slower = process;
   slower.time_constant_s *= 1.0 + kStep;

@@ -85,7 +85,7 @@ Slips find_slips(const Observed& observed, const LoopFacts& loop, std::size_t sa
     const double d = stem[k + w.reach] - stem[k - w.reach];
     if (std::isfinite(d)) change[k] = d;
   }
-  // The force follows CO by an actuator, whose delay is small beside the window.
+  // The force follows CO by an actuator, whose delay is short against the window.
   std::vector<double> before[2], after[2];  // closing, opening
   const std::size_t around = 2 * w.reach;
   const auto lead = static_cast<std::size_t>(0.04 * loop.answer_s / observed.period_s + 1e-6);
