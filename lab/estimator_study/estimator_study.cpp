@@ -136,7 +136,9 @@ json answer_of_new(const gap::Record& record, const plant::LoopModel& model,
   }
   if (!checked.closed_loop) {
     const gap::ControllerFinding c = gap::compare_controller(checked.record, checked.model);
-    if (c.mismatch) add({"controller_mismatch", {{"kp", c.kp}, {"ki", c.ki}}}, 0.97);
+    // Other settings explain nothing of a gap of the plant, unless they give CO exactly.
+    const bool counts = c.exact || e.verdict != estimator::Verdict::unexplained;
+    if (c.mismatch && counts) add({"controller_mismatch", {{"kp", c.kp}, {"ki", c.ki}}}, 0.97);
   }
   if (arguments.verbose) {
     std::size_t printed = 0;
