@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The readers' description of their keys: the source of docs/configuration.md. The build makes
+// The readers' description of their keys: the source of docs/reference/configuration.md. The build makes
 // loopwardend.yaml(5) from it.
 #pragma once
 
@@ -30,7 +30,7 @@ class KeyReference {
 // Returns a Markdown table for each mapping.
 std::string to_markdown(const KeyReference& reference);
 
-// Returns the whole text of docs/configuration.md.
+// Returns the whole text of docs/reference/configuration.md.
 std::string describe_configuration();
 
 }  // namespace loopwarden::config

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reads loop models: the assumptions of the simulation about a loop. docs/configuration.md lists
+// Reads loop models: the assumptions of the simulation about a loop. docs/reference/configuration.md lists
 // all keys.
 #pragma once
 

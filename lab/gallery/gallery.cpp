@@ -172,7 +172,8 @@ std::pair<double, double> open_loop_steps(const std::vector<effects::EffectSpec>
 std::string markdown(const std::vector<MeasuredLoop>& measured) {
   std::string text =
       "# Gallery of faults\n\n"
-      "<!-- Generated: `loopwarden-study gallery --out docs` renews it and its pictures. -->\n\n"
+      "<!-- Generated: `loopwarden-study gallery --out docs/reference` renews it and its pictures. "
+      "-->\n\n"
       "[Simulated](#plant-1) records with one fault each, and [measured](#measured-loops) "
       "records.\n\n"
       "## Plant 1\n\n"
@@ -180,7 +181,8 @@ std::string markdown(const std::vector<MeasuredLoop>& measured) {
       "0.3494 "
       "and\nki 0.04 1/s, noise 0.01 L/min) on a step of the set point from 0 to 5 L/min, with each "
       "fault of its\nchapter 7 in two sizes. Left: the window of 961 samples that specialists "
-      "evaluate, then 600 s,\nthen PV over CO. [thesis.md](thesis.md) lists the statement for "
+      "evaluate, then 600 s,\nthen PV over CO. [thesis.md](../project/thesis.md) lists the "
+      "statement for "
       "each measure.\n\n"
       "| fault | dead time, s | 95 % after, s | offset, L/min | PV swing | CO swing | period, s |\n"
       "|---|---|---|---|---|---|---|\n";
@@ -221,7 +223,8 @@ std::string markdown(const std::vector<MeasuredLoop>& measured) {
   text += pictures;
   text +=
       "\n## Measured loops\n\n"
-      "Open records ([examples](../examples/README.md)), a stretch of each, with the observation "
+      "Open records ([examples](../../examples/README.md)), a stretch of each, with the "
+      "observation "
       "of an "
       "engineer.\nThe verdict of `loopwarden diagnose` is for the whole record, without other "
       "records and without the kind of the loop.\n";
@@ -302,7 +305,7 @@ void add_gallery(CLI::App& app, int& exit_code) {
   sub->add_option("--program", options->program,
                   "path of loopwarden; default: in the folder of this program");
   workbench::add_json_flag(*sub, options->json);
-  sub->footer("Example: loopwarden-study gallery --out docs");
+  sub->footer("Example: loopwarden-study gallery --out docs/reference");
   sub->callback([options, &exit_code] { exit_code = run_gallery(*options); });
 }
 

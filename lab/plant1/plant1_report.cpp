@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// loopwarden-study plant1: writes the table and the pictures of docs/plant1.md.
+// loopwarden-study plant1: writes the table and the pictures of lab/results/plant1.md.
 #include <fmt/format.h>
 
 #include <algorithm>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A host is backed up while it runs and restored, by the commands of docs/fleet.md (Backup and
+// A host is backed up while it runs and restored, by the commands of docs/how-to/run-a-fleet.md (Backup and
 // restore).
 #include <signal.h>
 

@@ -267,7 +267,8 @@ void add_discover(Program& program) {
       .needs(sparkplug);
   command.setting("--seconds", o.seconds, "time to wait for births", between(1, 3600))
       .needs(sparkplug);
-  command.option("--rules", o.rules, "rules for the site's names, YAML: docs/import.md");
+  command.option("--rules", o.rules,
+                 "rules for the site's names, YAML: docs/reference/import-formats.md");
   command.option("--feeder", o.feeder,
                  "feeder of the values, by its name in loopwardend.yaml: opcua, or mqtt with "
                  "--sparkplug");

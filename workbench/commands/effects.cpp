@@ -154,7 +154,8 @@ int run_effects(const EffectsOptions& options) {
 std::string effects_markdown() {
   std::string text =
       "# Effects\n\n"
-      "<!-- Generated: `loopwarden effects --out docs` renews it and its pictures. -->\n\n"
+      "<!-- Generated: `loopwarden effects --out docs/reference` renews it and its pictures. "
+      "-->\n\n"
       "Effects that a loop may have and its model lacks. `loopwarden gap` finds them, model files "
       "and\n"
       "simulations take them, and `loopwarden effects` prints this list (`--json` for "
@@ -174,7 +175,7 @@ std::string effects_markdown() {
     meaning.front() = static_cast<char>(std::toupper(static_cast<unsigned char>(meaning.front())));
     text += fmt::format("\n## {}\n\n{}. Block: {}.", entry.name, meaning, blocks_of(entry));
     if (*entry.header != '\0') {
-      text += fmt::format(" Equation and source: [`{0}`](../model/effects/{0}).", entry.header);
+      text += fmt::format(" Equation and source: [`{0}`](../../model/effects/{0}).", entry.header);
     }
     text += "\n\n| parameter | value | default | meaning |\n|---|---|---|---|\n";
     for (const ParameterRow& row : rows_of(entry)) {
@@ -203,7 +204,7 @@ void add_effects(Program& program) {
       run_effects);
   command.option("--out", o.out, "folder for effects.md and a picture of each effect's signature");
   command.flag("--json", o.json, "print the catalogue as JSON");
-  command.footer("Example: loopwarden effects --out docs");
+  command.footer("Example: loopwarden effects --out docs/reference");
 }
 
 }  // namespace loopwarden::workbench

@@ -80,7 +80,8 @@ void RecordInput::add_options(Command& command, bool one_loop) {
   reading.option(
       "--map", map_,
       "columns or tags by role: pv=FIC101.PV,co=FIC101.OP,sp=FIC101.SP (also stem, mode)");
-  reading.option("--format", format_, "YAML with the layout of the export (docs/import.md)");
+  reading.option("--format", format_,
+                 "YAML with the layout of the export (docs/reference/import-formats.md)");
   reading.option(
       "--time", time_,
       "form of the times: seconds, milliseconds, microseconds, nanoseconds, minutes or "
@@ -107,7 +108,7 @@ void RecordInput::add_rules(Command& command) {
   command.group("Reading of the record")
       .option("--rules", rules_,
               "YAML with the site's rules: which columns or tags are which signal of which loop, "
-              "units, ranges, words for modes (docs/import.md)");
+              "units, ranges, words for modes (docs/reference/import-formats.md)");
 }
 
 record::ImportOptions RecordInput::options() const {
@@ -259,7 +260,9 @@ std::string rules_text(const record::Importer& importer, bool with_rules) {
       if (shown++ < kMost) text += (shown > 1 ? ", " : "") + base::in_quotes(name);
     }
     if (shown > kMost) text += ", ...";
-    text += with_rules ? "\n" : "; --rules RULES.yaml assigns them to loops (docs/import.md)\n";
+    text += with_rules
+                ? "\n"
+                : "; --rules RULES.yaml assigns them to loops (docs/reference/import-formats.md)\n";
   }
   for (const std::string& rule : importer.idle_rules()) text += rule + "\n";
   return text;

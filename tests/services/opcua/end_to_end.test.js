@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // From an OPC UA server to loops of the real daemon. The server uses the same library as the feeder
-// (docs/trust.md).
+// (docs/project/testing.md).
 import assert from "node:assert/strict";
 import fs from "node:fs";
 import path from "node:path";

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// docs/sparkplug.md (edge) and docs/fleet.md (host) name a test for each statement of the
+// docs/project/sparkplug-conformance.md (edge) and docs/how-to/run-a-fleet.md (host) name a test for each statement of the
 // specification. The test must exist.
 #include <catch2/catch.hpp>
 #include <filesystem>
@@ -72,8 +72,9 @@ int tests_named(const std::string& page) {
 
 TEST_CASE("every test named in the tables of Sparkplug's statements exists",
           "[sparkplug][statements]") {
-  CHECK(tests_named(read_file(LOOPWARDEN_SOURCE_DIR "/docs/sparkplug.md")) > 25);
-  const std::string fleet = read_file(LOOPWARDEN_SOURCE_DIR "/docs/fleet.md");
+  CHECK(tests_named(read_file(LOOPWARDEN_SOURCE_DIR "/docs/project/sparkplug-conformance.md")) >
+        25);
+  const std::string fleet = read_file(LOOPWARDEN_SOURCE_DIR "/docs/how-to/run-a-fleet.md");
   const std::size_t begin = fleet.find("## Sparkplug statements of a host");
   REQUIRE(begin != std::string::npos);
   CHECK(tests_named(fleet.substr(begin, fleet.find("\n## ", begin) - begin)) > 8);
