@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Tests all compensators on random loops with a sticking valve, and planned moves on healthy loops.
-// docs/explanation/compensators.md explains the tables.
+// lab/results/compensators.md explains the tables.
 #pragma once
 
 #include <cstddef>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// loopwarden-study specialist: prints the figures that docs/explanation/twin-and-specialists.md states.
+// loopwarden-study specialist: prints the tables of lab/results/specialists.md.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -634,8 +634,7 @@ int run_study(const StudyOptions& options) {
 
 void add_specialist(CLI::App& app, int& exit_code) {
   const auto o = std::make_shared<StudyOptions>();
-  CLI::App* sub = app.add_subcommand(
-      "specialist", "Print the figures of docs/explanation/twin-and-specialists.md");
+  CLI::App* sub = app.add_subcommand("specialist", "Print the tables of lab/results/specialists.md");
   sub->add_option("parts", o->parts, "tables to print; default: all")
       ->check(CLI::IsMember(
           {"table", "fresh", "sweep", "anywhere", "unknown", "year", "transfer", "real"}));

@@ -11,7 +11,7 @@
 // A loop with several windows gets one verdict: the mean of the windows' logits decides, so a
 // single odd window does not.
 //
-// Limits and figures: docs/how-to/diagnose-a-loop.md.
+// Limits and figures: docs/explanation/accuracy.md.
 #pragma once
 
 #include <array>
