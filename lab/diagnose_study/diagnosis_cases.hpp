@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Simulated routine records for training and evaluation of `diagnose`: closed loops of many kinds
-// with noise and loads, logged as in plants. loop_parts.hpp, loop_draw.hpp and ingredients.hpp have the distributions.
+// with noise and disturbances, logged as in plants. loop_parts.hpp, loop_draw.hpp and
+// ingredients.hpp have the distributions.
 #pragma once
 
 #include <cstddef>

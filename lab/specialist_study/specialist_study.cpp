@@ -634,7 +634,8 @@ int run_study(const StudyOptions& options) {
 
 void add_specialist(CLI::App& app, int& exit_code) {
   const auto o = std::make_shared<StudyOptions>();
-  CLI::App* sub = app.add_subcommand("specialist", "Print the tables of lab/results/specialists.md");
+  CLI::App* sub =
+      app.add_subcommand("specialist", "Print the tables of lab/results/specialists.md");
   sub->add_option("parts", o->parts, "tables to print; default: all")
       ->check(CLI::IsMember(
           {"table", "fresh", "sweep", "anywhere", "unknown", "year", "transfer", "real"}));
