@@ -262,7 +262,7 @@ std::string program_beside() {
 
 struct GalleryOptions {
   std::string out;
-  std::string data = "data";
+  std::string data = "examples";
   std::string program = program_beside();
   bool json = false;
 };
