@@ -51,7 +51,7 @@ constexpr std::array<AlarmGuide, kAlarmKindCount> kGuides{{
     // output_lost
     {"Commands don't reach the valve: the device, its power or the link to it has failed",
      "The valve is not controlled. The watchdog of the device may have moved it",
-     "Check the valve in the plant. Check the device, its power and the link", "immediately"},
+     "Check the valve in the plant. Check the device, its power and the link", "1 minute"},
     // output_unknown
     {"The position of the output is unknown: no read-back is configured, or the read-back is bad",
      "The loop does not write to the valve, whatever its mode",
@@ -79,7 +79,7 @@ constexpr std::array<AlarmGuide, kAlarmKindCount> kGuides{{
     // pv_high_high
     {"PV is far above the limit of the process",
      "The plant's protection may trip, or equipment may be damaged", "Lower PV manually now",
-     "immediately"},
+     "1 minute"},
     // pv_high
     {"PV is above its normal range", "PV approaches the high-high limit",
      "Check the set point and the disturbances that raise PV. Remove the cause", "10 minutes"},
@@ -90,7 +90,7 @@ constexpr std::array<AlarmGuide, kAlarmKindCount> kGuides{{
     // pv_low_low
     {"PV is far below the limit of the process",
      "The plant's protection may trip, or equipment may be damaged", "Raise PV manually now",
-     "immediately"},
+     "1 minute"},
     // rate_of_change
     {"PV changes faster than the process can: a rupture, a blockage, a failing transmitter",
      "The loop may not follow, and PV may soon pass its limits",
