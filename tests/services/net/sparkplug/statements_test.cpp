@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// docs/project/sparkplug-conformance.md (edge) and docs/how-to/run-a-fleet.md (host) name a test for each statement of the
-// specification. The test must exist.
+// docs/project/sparkplug-conformance.md (edge) and docs/how-to/run-a-fleet.md (host) name a test
+// for each statement of the specification. The test must exist.
 #include <catch2/catch.hpp>
 #include <filesystem>
 #include <set>
