@@ -58,7 +58,8 @@ TEST_CASE("a partial answer reports how much it explains, and what the remaining
   const std::string sentence =
       said(Outcome::missing_effect, Remainder{0.28, 0.04, LooksLike::disturbance});
   CHECK_THAT(sentence, Contains("gain_change (factor 1.36)"));
-  CHECK_THAT(sentence, Contains("(96 % of the gap). The remaining error looks like a disturbance."));
+  CHECK_THAT(sentence,
+             Contains("(96 % of the gap). The remaining error looks like a disturbance."));
   CHECK_THAT(said(Outcome::missing_effect, Remainder{0.28, 0.03, LooksLike::disturbance}),
              Contains("(97 % of the gap)"));
   // An error of a percent is not worth a sentence, and an error that can't be measured has no
