@@ -48,9 +48,8 @@ TEST_CASE("a named controller with an unexplained plant reports both", "[gap][sa
                                         .best = {},
                                         .plant_unexplained = true});
   CHECK(text ==
-        "The model lacks controller_mismatch (ki 0.18 CO units/(PV unit s), kp 1.9 CO units/PV "
-        "unit), as CO shows. From CO to PV, model and record differ by 1.33 rms. No effect of the "
-        "catalogue explains this.");
+        "The model lacks controller_mismatch (ki 0.18, kp 1.9), as CO shows. From CO to PV, model "
+        "and record differ by 1.33 rms. No effect of the catalogue explains this.");
 }
 
 TEST_CASE("a partial answer reports how much it explains, and what the remaining error looks like",
