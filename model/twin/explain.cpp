@@ -83,7 +83,7 @@ gap::Record part_of(const gap::Record& record, gap::SampleRange range) {
 }
 
 // A change of the twin goes before what the workflow finds in the stretch alone, where it closes
-// most of the gap, or more than that. What the controller does stands beside it. `first`: sample at
+// most of the gap, or more than that. Controller output stands beside it. `first`: sample at
 // which its record begins.
 void take_over(Explanation& out, SinceChange&& since, std::size_t first) {
   gap::Result& result = out.result;

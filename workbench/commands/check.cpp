@@ -122,7 +122,7 @@ int run_check(const CheckOptions& options) {
 
 void add_check(Program& program) {
   auto [command, o] = program.command(
-      "check", "validate configuration folders, loop files, models and specialists", run_check);
+      "check", "Validate configuration folders, loop files, models and specialists", run_check);
   command.required("files", o.files, "files or folders");
   command.flag("--json", o.json, "print the diagnostics as JSON");
   command.footer("Example: loopwarden check /etc/loopwardend examples/models/plant1.yaml");

@@ -178,7 +178,7 @@ int run_classify(const ClassifyOptions& options) {
 
 void add_classify(Program& program) {
   auto [command, o] = program.command(
-      "classify", "print the specialists' verdict on every window of a record", run_classify);
+      "classify", "Print the specialists' verdict on every window of a record", run_classify);
   command.required("record", o.record, "record, CSV: time, pv, and co for the explaining form");
   command.required("--specialists", o.specialists, "folder with manifest.yaml");
   command.setting("--form", o.form, "auto: explaining if folder and record allow it",

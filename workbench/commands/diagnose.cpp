@@ -62,8 +62,10 @@ std::vector<Stretch> judged_stretches(const record::Record& r) {
                                                             length, kMostWindows)) {
     stretches.push_back({from, length});
   }
-  fmt::print(stderr, "{} windows of {:.6g} s: of each {} the one in which most moves is judged\n",
-             count, static_cast<double>(length) * r.period_s, count / kMostWindows);
+  fmt::print(
+      stderr,
+      "{} windows of {:.6g} s: in each group of {}, the window with the most movement is judged\n",
+      count, static_cast<double>(length) * r.period_s, count / kMostWindows);
   return stretches;
 }
 
@@ -215,7 +217,7 @@ int run_diagnose(const DiagnoseOptions& options) {
 
 void add_diagnose(Program& program) {
   auto [command, o] = program.command(
-      "diagnose", "find a valve effect or another cause from records, without a model",
+      "diagnose", "Find a valve effect or another cause from records, without a model",
       run_diagnose);
   command.option(
       "record", o.records,

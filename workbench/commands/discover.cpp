@@ -246,7 +246,7 @@ int run_discover(const DiscoverCommand& given) {
 
 void add_discover(Program& program) {
   auto [command, o] = program.command(
-      "discover", "write files of loops that another controller runs, from the plant's tags",
+      "discover", "Write files of loops that another controller runs, from the plant's tags",
       run_discover);
   const Option tags =
       command.option("--tags", o.tags,

@@ -200,7 +200,7 @@ std::string effects_markdown() {
 
 void add_effects(Program& program) {
   auto [command, o] = program.command(
-      "effects", "print the catalogue of effects: parameters, signatures, look-alikes",
+      "effects", "Print the catalogue of effects: parameters, signatures, look-alikes",
       run_effects);
   command.option("--out", o.out, "folder for effects.md and a picture of each effect's signature");
   command.flag("--json", o.json, "print the catalogue as JSON");

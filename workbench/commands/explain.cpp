@@ -153,9 +153,9 @@ int run_explain(const ExplainOptions& options) {
 
 void add_explain(Program& program) {
   auto [command, o] = program.command(
-      "explain", "explain an alarm: compare its newest minutes with the loop's twin", run_explain);
+      "explain", "Explain an alarm: compare its newest minutes with the loop's twin", run_explain);
   command.required("evidence", o.folder, "folder of the alarm's evidence", existing_folder());
-  command.setting("--jobs", o.jobs, "threads; 0: one a core");
+  command.setting("--jobs", o.jobs, "threads; 0: one per core");
   add_background(command, o.background);
   command.flag("--json", o.json, "print the explanation as JSON");
   command.footer(

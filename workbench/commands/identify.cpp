@@ -163,8 +163,7 @@ void print_found(const IdentifyFindings& f) {
     if (fit.form == best.form) continue;
     fmt::print(" {} ({:+.1f})", to_text(fit.form), fit.criterion - best.criterion);
   }
-  if (p.fits.size() > 1)
-    fmt::print("; in brackets the information criterion against it, less would be better.\n");
+  if (p.fits.size() > 1) fmt::print("(difference in BIC; lower is better).\n");
   if (f.tangent) {
     fmt::print("Tangent: gain {:.4g}, time constant {:.4g} s, dead time {:.4g} s\n",
                f.tangent->process.gain, f.tangent->process.time_constant_s,
@@ -255,7 +254,7 @@ int run_identify(const IdentifyOptions& options) {
 
 void add_identify(Program& program) {
   auto [command, o] = program.command(
-      "identify", "identify a process model from a record, in open or closed loop, with intervals",
+      "identify", "Identify a process model from a record, in open or closed loop, with intervals",
       run_identify);
   command.required("record", o.record, "record with co and pv, CSV; in closed loop also sp");
   command.option("--out", o.out, "picture to write, SVG");

@@ -295,11 +295,11 @@ int run_import(const ImportCommand& options) {
 
 void add_import(Program& program) {
   auto [command, o] =
-      program.command("import", "convert any historian's export to records", run_import);
+      program.command("import", "Convert any historian's export to records", run_import);
   command.required(
       "file", o.files,
       "exports: text, also gzip; .xlsx; .zip and folders of them; - for standard input");
-  command.option("--out", o.out, "folder for a record a loop, import.json and import.txt");
+  command.option("--out", o.out, "folder for one record per loop, import.json and import.txt");
   command.flag("--list", o.list, "print the loops that were found, without output files");
   command.flag("--check", o.check, "read all of it and report, without output files");
   command.flag("--json", o.json, "print what --list or import.json has");

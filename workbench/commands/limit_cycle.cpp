@@ -278,7 +278,7 @@ void print_one(const analysis::LinearLoop& loop, const analysis::Margins& m, con
       m.gain_margin, m.phase_margin_deg, m.delay_margin_s, m.sensitivity);
   for (const std::string& name : loop.left_out) {
     if (analysis::is_valve_nonlinearity(name)) continue;
-    fmt::print("not in the linear loop: {}\n", name);
+    fmt::print("not part of the linear loop: {}\n", name);
   }
   for (const analysis::LimitCycle& cycle : cycles) {
     fmt::print("predicted: {} limit cycle, period {:.4g} s, PV +-{:.4g}, CO +-{:.4g}\n",
@@ -350,16 +350,14 @@ int run_limit_cycle(const LimitCycleOptions& options) {
 
 void add_limit_cycle(Program& program) {
   auto [command, o] = program.command(
-      "limit-cycle", "predict and simulate the limit cycle due to stiction or backlash",
+      "limit-cycle", "Predict and simulate the limit cycle due to stiction or backlash",
       run_limit_cycle);
   command.required("model", o.model, "loop model, YAML");
-  Option s = command.option("--s", o.s, "CO units, stiction of this S instead of the model's",
-                            above_zero());
-  command.option("--j", o.j, "CO units, its slip jump; 0.3 S without it", not_below_zero())
-      .needs(s);
+  Option s =
+      command.option("--s", o.s, "stick band S instead of the model's, CO units", above_zero());
+  command.option("--j", o.j, "slip jump J, CO units; default: 0.3 S", not_below_zero()).needs(s);
   command
-      .option("--backlash", o.backlash, "CO units, backlash of this dead band instead",
-              above_zero())
+      .option("--backlash", o.backlash, "dead band of a backlash instead, CO units", above_zero())
       .excludes(s);
   command.flag("--grid", o.grid, "agreement over gains and valves");
   command.option("--out", o.out, "Nyquist picture to write, SVG");

@@ -44,8 +44,8 @@ struct ReplayOptions {
   bool explain = true;
   unsigned jobs = 0;
   double overlap = 0.5;
-  std::vector<double> pv_range{0.0, 100.0};  // PV units, without specialists
-  std::vector<double> co_range{0.0, 100.0};  // CO units, without specialists
+  std::vector<double> pv_range{0.0, 100.0};  // range of PV, PV units, without specialists
+  std::vector<double> co_range{0.0, 100.0};  // range of CO, CO units, without specialists
   bool json = false;
 };
 
@@ -373,7 +373,7 @@ int run_replay(const ReplayOptions& options) {
 
 void add_replay(Program& program) {
   auto [command, o] =
-      program.command("replay", "run the daemon's monitor and alarms over a record", run_replay);
+      program.command("replay", "Run the daemon's monitor and alarms over a record", run_replay);
   command.required(
       "record", o.record,
       "record, CSV: time, pv, co, and if known sp, stem; or the folder of an alarm's evidence");
@@ -384,11 +384,11 @@ void add_replay(Program& program) {
       "--twin", o.twin,
       "twin.yaml of `loopwarden commission`: adds the alarm model_gap and an explanation "
       "of every alarm");
-  command.flag("!--no-explain", o.explain, "leave the explanations out");
-  command.setting("--jobs", o.jobs, "threads of the explanations; 0: one a core");
-  command.option("--pv-range", o.pv_range, "PV units, without specialists").takes(2);
-  command.option("--co-range", o.co_range, "CO units, without specialists").takes(2);
-  command.setting("--overlap", o.overlap, "share of a window that the next has in common",
+  command.flag("!--no-explain", o.explain, "do not explain the alarms");
+  command.setting("--jobs", o.jobs, "threads of the explanations; 0: one per core");
+  command.option("--pv-range", o.pv_range, "range of PV, PV units, without specialists").takes(2);
+  command.option("--co-range", o.co_range, "range of CO, CO units, without specialists").takes(2);
+  command.setting("--overlap", o.overlap, "overlap of neighbouring windows, share",
                   between(0.0, 0.95));
   command.flag("--json", o.json, "print the transitions as JSON");
   o.input.add_options(command);

@@ -116,18 +116,18 @@ void print_routine(const Evidence& e, const Judgement& now) {
   table.row("phase", then.evidence.phase, now.evidence.phase);
   table.row("play", then.evidence.play, now.evidence.play);
   table.row("Hammerstein, nats a sample", then.evidence.hammerstein, now.evidence.hammerstein);
-  table.row("parts of the record for it, %", 100.0 * then.evidence.parts_for,
+  table.row("parts of the record in favour, %", 100.0 * then.evidence.parts_for,
             100.0 * now.evidence.parts_for);
-  table.row("PV stands, % of CO's moves", 100.0 * then.evidence.standing,
+  table.row("PV rests, % of CO's moves", 100.0 * then.evidence.standing,
             100.0 * now.evidence.standing);
-  table.row("a play explains of PV, %", 100.0 * then.evidence.relation,
+  table.row("backlash explains of PV, %", 100.0 * then.evidence.relation,
             100.0 * now.evidence.relation);
   table.row("CO turns by", to_text(then.evidence.reversals.by()),
             to_text(now.evidence.reversals.by()));
   table.row("severity, % of CO span", then.severity_percent, now.severity_percent);
   fmt::print(
-      "\nnats gathered: {:.2f} from windows before (their samples are not kept here), {:+.2f} from "
-      "the specialists, {:.2f} with this one; an alarm from {:g} on\n",
+      "\nevidence in nats: {:.2f} from earlier windows (their samples are not stored here), "
+      "{:+.2f} from the specialists, {:.2f} in total with this window; alarm threshold {:g}\n",
       then.sum_before, then.from_specialists, then.sum, watch::RoutineWatch::kRaise);
 }
 

@@ -120,11 +120,12 @@ int run_simulate(const SimulateOptions& options) {
 
 void add_simulate(Program& program) {
   auto [command, o] = program.command(
-      "simulate", "simulate a loop model in closed loop and write a record", run_simulate);
+      "simulate", "Simulate a loop model in closed loop and write a record", run_simulate);
   command.required("model", o.model, "loop model, YAML");
   command.required("--out", o.out, "record to write, CSV");
-  command.option("--duration", o.duration_s, "s, instead of the scenario's", between(0.0, 1e9));
-  command.option("--seed", o.seed, "of the noise, instead of the scenario's");
+  command.option("--duration", o.duration_s, "duration, s; default: the scenario's",
+                 between(0.0, 1e9));
+  command.option("--seed", o.seed, "seed of the noise; default: the scenario's");
   command.option("--output-bits", o.output_bits, "resolution of CO, bits over its range",
                  between(1.0, 32.0));
   command.flag("--truth", o.truth, "also write true_pv and fault_severity");

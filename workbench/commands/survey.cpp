@@ -173,7 +173,7 @@ class Against {
     try {
       return compare_surveys(survey, *before_, how_);
     } catch (const nlohmann::json::exception& e) {
-      fail(kExitData, "{}: can't be compared: {}", before_name_, e.what());
+      fail(kExitData, "{}: cannot be compared: {}", before_name_, e.what());
     }
   }
 
@@ -275,7 +275,7 @@ int run_survey(const SurveyCommand& given) {
 
 void add_survey(Program& program) {
   auto [command, o] = program.command(
-      "survey", "rank all loops of a plant by need of attention, with the next step for each",
+      "survey", "Rank all loops of a plant by need of attention, with the next step for each",
       run_survey);
   command.option("path", o.paths,
                  "exports with any number of loops, .xlsx, .zip and folders of them");
@@ -283,34 +283,32 @@ void add_survey(Program& program) {
       "--out", o.out,
       "folder for survey.html, survey.csv, survey.json; an earlier run in it is continued");
   command.setting("--window", o.window_h,
-                  "hours that each row of figures is about; verdicts do not depend on it",
+                  "hours per row of figures; the verdicts do not depend on it",
                   between(0.01, 10000.0));
-  const Option shard = command.option("--shard", o.shard, "k/N: of N shares the k-th, by loop");
-  command.option("--merge", o.merge, "folders of shares, to be joined");
+  const Option shard = command.option("--shard", o.shard, "k/N: the k-th of N shares of the loops");
+  command.option("--merge", o.merge, "folders of shares to join");
   command
       .option("--co-range", o.co_range,
               "lower and upper end of CO; default: --rules, or 0 100, 0 1 or 4 20 by the values")
       .takes(2);
   command.option("--kind", o.kind, "what the loops control; default: from their tags",
                  one_of({"flow", "pressure", "level", "temperature", "unknown"}));
-  command.setting("--jobs", o.jobs, "threads; 0: one a core. The result does not depend on it");
+  command.setting("--jobs", o.jobs, "threads; 0: one per core. The result does not depend on it");
   command.flag("--json", o.json, "print survey.json");
   command.option("--outcomes", o.outcomes,
-                 "what fitters found (loopwarden outcome); default: outcomes.csv in --out");
+                 "findings of technicians (loopwarden outcome); default: outcomes.csv in --out");
   Command comparing = command.group("Against an earlier survey");
   Option against = comparing.option(
       "--against", o.against,
-      "its survey.json or folder: what is new, worse, better, gone, in changes.html and "
-      "changes.json; without exports of the survey that is in --out");
+      "survey.json or folder of an earlier survey: writes new, worse, better and gone loops to "
+      "changes.html and changes.json; without exports, compares the survey in --out");
   against.excludes(shard);
   comparing
       .option("--area", o.area,
               "pattern of tags, such as U*-*: the area is the text at its first wildcard; default: "
               "the text before the function letters, or the number without its last two digits")
       .needs(against);
-  comparing
-      .option("--loops", o.weights,
-              "CSV with columns tag, criticality, cost_per_hour: what each loop is worth")
+  comparing.option("--loops", o.weights, "CSV with the columns tag, criticality and cost_per_hour")
       .needs(against);
   o.recorder.add_options(command, "; the record is kept in the folder records of --out");
   o.input.add_options(command);

@@ -92,32 +92,32 @@ void print_text(const plant::LoopModel& model, const std::vector<RuleTrial>& row
   line(heads());
   for (const RuleTrial& row : rows) line(cells(row));
   fmt::print(
-      "\nrise, overshoot and settling (2 %) of a set-point step; load IAE: integral of |SP - PV| "
-      "after a load step of 10 % of the range.\n");
+      "\nrise, overshoot and settling (2 %) of a set-point step; disturbance IAE: integral of |SP "
+      "- PV| after a disturbance step of 10 % of the range.\n");
   if (best != nullptr) {
     fmt::print(
-        "Recommended: {} (least load IAE of the rules that scale with the gain, with Ms at most "
-        "{:g})\n  kp: {:.5g}\n  ki: {:.5g}\n",
+        "Recommended: {} (lowest disturbance IAE of the rules that scale with the gain, with Ms at "
+        "most {:g})\n  kp: {:.5g}\n  ki: {:.5g}\n",
         best->name(), analysis::kMostSensitivity, best->gains.kp, best->gains.ki);
     if (best->gains.kd > 0.0) {
       fmt::print("  kd: {:.5g}\n  derivative_filter: {:.4g}\n", best->gains.kd,
                  best->gains.derivative_filter_s);
     }
   } else {
-    fmt::print("No rule leaves enough margin (Ms at most {:g}) on this process.\n",
+    fmt::print("No rule has enough margin (Ms at most {:g}) on this process.\n",
                analysis::kMostSensitivity);
   }
 }
 
 std::string page(const std::string& model_file, const std::vector<RuleTrial>& rows,
                  const RuleTrial* best) {
-  Chart pv{.title = "Set-point step, then a load step",
+  Chart pv{.title = "Set-point step, then a disturbance step",
            .x_label = "s",
            .y_label = "PV",
            .width = 1100.0,
            .height = 360.0};
   Chart co = pv;
-  co.title = "What the controller does";
+  co.title = "Controller output";
   co.y_label = "CO";
   const analysis::LoopRecord& first = rows.front().response.record;
   const std::vector<double> t = time_axis(first.pv.size(), first.sample_time_s);
@@ -163,11 +163,11 @@ int run_tune(const TuneOptions& options) {
 
 void add_tune(Program& program) {
   auto [command, o] = program.command(
-      "tune", "compute controller settings by named rules, with their predicted effects", run_tune);
+      "tune", "Compute controller settings by named rules, with their predicted effects", run_tune);
   command.required("model", o.model, "loop model, YAML");
-  command.option("--lambda", o.lambda_s, "s, closed-loop time constant of the lambda rule",
+  command.option("--lambda", o.lambda_s, "closed-loop time constant of the lambda rule, s",
                  above_zero());
-  command.flag("--pid", o.pid, "PID settings instead of PI, of the rules that have them");
+  command.flag("--pid", o.pid, "PID settings instead of PI, for rules that have them");
   command.option("--out", o.out, "report with the predicted responses to write, HTML");
   command.flag("--json", o.json, "print the result as JSON");
   command.footer("Example: loopwarden tune examples/models/plant1.yaml --out tuning.html");

@@ -303,9 +303,9 @@ int run_comparison(const ComparisonOptions& options) {
 }
 
 void add_comparison_options(Command& command, ComparisonOptions& options) {
-  command.required("model", options.model, "loop model, YAML; its own faults are left out");
+  command.required("model", options.model, "loop model, YAML; its own faults are ignored");
   command.setting("--estimate", options.estimate,
-                  "size the compensators are set to, share of the true severity",
+                  "size for which the compensators are set, share of the true severity",
                   between(0.05, 3.0));
   command.option("--out", options.out, "folder for report.html and pictures");
   command.flag("--json", options.json, "print every case as JSON");

@@ -75,8 +75,7 @@ std::string archive_text(const char* signal, const analysis::ArchivedSignal& fou
 
 void RecordInput::add_options(Command& command, bool one_loop) {
   Command reading = command.group("Reading of the record");
-  if (one_loop)
-    reading.option("--loop", loop_, "of a file with several loops the one with this tag");
+  if (one_loop) reading.option("--loop", loop_, "tag of the loop, if a file has several loops");
   reading.option(
       "--map", map_,
       "columns or tags by role: pv=FIC101.PV,co=FIC101.OP,sp=FIC101.SP (also stem, mode)");
@@ -89,8 +88,9 @@ void RecordInput::add_options(Command& command, bool one_loop) {
       "excel, ymd, dmy, mdy",
       one_of({"seconds", "milliseconds", "microseconds", "nanoseconds", "minutes", "hours",
               "epoch-s", "epoch-ms", "epoch-us", "epoch-ns", "excel", "ymd", "dmy", "mdy"}));
-  reading.option("--time-column", time_column_, "its name, or its number from 1");
-  reading.option("--zone", zone_, "of local times: +01:00, UTC");
+  reading.option("--time-column", time_column_,
+                 "name of the column of times, or its number from 1");
+  reading.option("--zone", zone_, "time zone of local times: +01:00, UTC");
   reading.option("--delimiter", delimiter_, "comma, semicolon, tab, bar, space or one character");
   reading.option("--decimal", decimal_, "point or comma", one_of({"point", "comma"}));
   reading.option("--encoding", encoding_, "utf-8, utf-16 or latin-1",
@@ -98,7 +98,7 @@ void RecordInput::add_options(Command& command, bool one_loop) {
   reading.option("--header-rows", header_rows_, "lines before the first row of data",
                  between(0, 1000));
   reading.option("--bad-value", bad_values_, "a word for a bad value; may be given several times");
-  reading.option("--period", period_s_, "s, of the samples; default: chosen from the data",
+  reading.option("--period", period_s_, "period of the samples, s; default: chosen from the data",
                  between(1e-6, 1e7));
   reading.option("--fill", fill_, "between values that an archive stored: held or linear",
                  one_of({"held", "linear"}));

@@ -91,7 +91,7 @@ class InAutomatic {
   void abandon(const char* why) noexcept {
     session_.abandon();
     try {
-      dialogue_.say(fmt::format("  The output could not be put back to {:.4g}: {}", output_, why));
+      dialogue_.say(fmt::format("  The output could not be returned to {:.4g}: {}", output_, why));
       session_.set({.mode = "man"});
     } catch (const std::exception&) {  // the daemon does it without a command
     }
@@ -189,10 +189,9 @@ void settle(Watched& loop, double set_point, double near) {
     return there;
   });
   if (!there) {
-    throw TestAborted(
-        fmt::format("PV does not stay within {:.3g} of {:.4g}: the gains, or the "
-                    "valve, are not fit for a record",
-                    near, set_point));
+    throw TestAborted(fmt::format(
+        "PV does not stay within {:.3g} of {:.4g}. Check the gains and the valve before you record",
+        near, set_point));
   }
 }
 

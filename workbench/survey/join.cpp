@@ -64,8 +64,8 @@ std::string day_of(const json& outcome) {
 NextStep next_step(const json& loop) {
   if (loop.at("held_back").get<bool>()) {
     return {"nothing",
-            fmt::format("no fault was found on {} at {:.2g} %: held back until it has "
-                        "grown by half",
+            fmt::format("a technician found no fault on {} at {:.2g} %: suppressed until the size "
+                        "has grown by half",
                         day_of(loop["outcome"]), loop["outcome"]["percent_of_span"].get<double>())};
   }
   if (is(loop, "verdict", "valve_effect") && is(loop, "grade", "likely")) {
@@ -74,7 +74,7 @@ NextStep next_step(const json& loop) {
   if (is(loop, "verdict", "valve_effect")) {
     return {"repair",
             "look at packing, actuator and positioner of the valve; until then a compensator or a "
-            "wider dead band keeps it quiet"};
+            "wider dead band reduces the cycling"};
   }
   const bool follows = loop.contains("likely_source") && loop["likely_source"].is_string() &&
                        loop["likely_source"] != loop.at("tag");
@@ -108,9 +108,9 @@ NextStep next_step(const json& loop) {
     return {"look upstream",
             follows ? "it swings with " + loop["likely_source"].get<std::string>() +
                           ": look there first"
-                    : "something outside swings it: look for a loop with the same period"};
+                    : "an external oscillation drives it: look for a loop with the same period"};
   }
-  if (is(loop, "verdict", "healthy")) return {"nothing", "valve and loop do what they should"};
+  if (is(loop, "verdict", "healthy")) return {"nothing", "valve and loop are healthy"};
   return {"look closer", loop.at("settle").is_string() ? loop["settle"].get<std::string>()
                                                        : "more data of the loop in automatic"};
 }

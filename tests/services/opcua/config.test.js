@@ -59,9 +59,9 @@ test("a secret is a first line", (t) => {
   assert.equal(readSecret({ credential: "password" }), "a b");
 });
 
-test("the example is sound, and docs/how-to/watch-a-loop.md has every key with its default", () => {
+test("the example is sound, and docs/reference/opcua-keys.md has every key with its default", () => {
   assert.ok(readConfigFile(path.join(ROOT, "examples/opcua/opcua.yaml")).config);
-  const document = fs.readFileSync(path.join(ROOT, "docs/how-to/watch-a-loop.md"), "utf8");
+  const document = fs.readFileSync(path.join(ROOT, "docs/reference/opcua-keys.md"), "utf8");
   for (const [key, { fallback, meaning, unit }] of Object.entries(KEYS)) {
     const cell = fallback === undefined ? "required" : fallback === "" ? "none" : `${fallback}${unit ? ` ${unit}` : ""}`;
     assert.ok(document.includes(`| \`${key}\` | ${cell} | ${meaning} |`), `| \`${key}\` | ${cell} | ${meaning} |`);

@@ -142,7 +142,7 @@ TEST_CASE("gap refuses an uninformative record, with the reason as a page; old r
   }
   const ShellOutcome again = loopwarden(gap);
   CHECK(again.exit_code == 65);
-  CHECK(again.text.find("the results of an earlier run were left as they are") !=
+  CHECK(again.text.find("results of an earlier run, unchanged") !=
         std::string::npos);
   for (const char* name : {"gap.json", "model.corrected.yaml", "report.html"}) {
     CHECK(read_file(folder / "out" / name) == "of an earlier run");

@@ -114,8 +114,8 @@ void check_page(const gap::Result& result) {
 TEST_CASE("the page shows both floors, and what the remaining error follows", "[report]") {
   gap::Result result = complete_gap_result();
   const std::string page = page_of(result);
-  CHECK(contains(page, "Noise floor, transmitter and load</dt><dd><b>0.012 and 0.005</b>"));
-  CHECK(contains(page, "what is left does not follow SP or CO"));
+  CHECK(contains(page, "Noise floor, transmitter and disturbance</dt><dd><b>0.012 and 0.005</b>"));
+  CHECK(contains(page, "the remaining error does not follow SP or CO"));
   // 0.33^2 - 0.021^2 of 0.33^2 - 0.012^2, and of 0.33^2 - 0.013^2
   CHECK(contains(page, "99.7 % against the transmitter's floor alone"));
   CHECK(contains(page, "it follows SP and CO"));
@@ -268,7 +268,7 @@ TEST_CASE("a record that is not stored appears in no command", "[gap][report]") 
   context.record_stays = false;
   const std::string html = gap_report_html(result, context);
   CHECK_FALSE(contains(html, "loopwarden gap record.csv"));
-  CHECK(contains(html, "it is not kept"));
+  CHECK(contains(html, "the record is not stored"));
 }
 
 TEST_CASE("100 000 samples make a page below a megabyte", "[gap][report]") {

@@ -31,7 +31,7 @@ def ends(box, browser, tag, kind, how):
     browser.until(lambda: browser.all(ROWS), f"{kind} is not in the list: {browser.text('.asked-reports')}")
     browser.until(lambda: re.search("\\b(done|failed)\\b", browser.text(ROWS)), f"{kind} does not end", 900)
     browser.check(how in browser.text(ROWS), f"{kind} ends so: {browser.text(ROWS)}")
-    browser.until(lambda: "of those that wait" not in browser.text(".asked-reports form"), f"{kind} has ended, and is said to wait")
+    browser.until(lambda: "in the queue" not in browser.text(".asked-reports form"), f"{kind} has ended, and is said to wait")
     browser.until(lambda: browser.all(f"{ROWS} th a"), f"{kind} can't be opened: {browser.text(ROWS)}", 30)
     return browser.find(f"{ROWS} th a").get_attribute("href")
 

@@ -100,7 +100,7 @@ def knows_nothing(browser, where):
     """Checks that the page shows no information about the box before the log-in, not even that
     it is empty."""
     shown = browser.text("body")
-    for word in ("No alarm waits", "acknowledge", "Live", "Old values", TAG, "L/min"):
+    for word in ("No unacknowledged alarms", "acknowledge", "Live", "Old values", TAG, "L/min"):
         browser.check(word not in shown, f"{where}: the page says {word!r}")
     browser.check(not browser.run("document.title").startswith("("), f"{where}: the title is {browser.run('document.title')!r}")
     browser.check(not badge(browser), f"{where}: the badge of the alarms stays")
@@ -176,7 +176,7 @@ def evidence_shows(box, browser):
 def figures_show(box, browser):
     browser.go(box, "alarms")
     browser.press(".alarm-figures summary")
-    browser.until(lambda: "Alarms an hour" in browser.text(".alarm-figures") and "at most 6" in browser.text(".alarm-figures"), "no figures of the alarms, or no targets")
+    browser.until(lambda: "Alarms per hour" in browser.text(".alarm-figures") and "at most 6" in browser.text(".alarm-figures"), "no figures of the alarms, or no targets")
     browser.until(lambda: "Stiction" in browser.text(".alarm-figures"), "the alarm that came is not among the most frequent")
     browser.run("(() => { const s = document.querySelector('.alarm-figures select'); s.value = '720'; s.dispatchEvent(new Event('change')); })()")
     browser.until(lambda: "From" in browser.text(".alarm-figures"), "figures have no span")
@@ -590,13 +590,13 @@ def alarms_of_the_box(box, browser, source, folder):
     """Checks that a waiting alarm is in tab and badge, open in the list, and lowers the box's
     health. It is acknowledged as others."""
     browser.go(box, "alarms")
-    browser.until(lambda: "Certificate ends soon" in browser.text(".box-alarms[open] table"), f"an alarm of the box that waits is folded away: {browser.text('main')[:300]}")
+    browser.until(lambda: "Certificate expires soon" in browser.text(".box-alarms[open] table"), f"an alarm of the box that waits is folded away: {browser.text('main')[:300]}")
     browser.until(lambda: browser.run("document.title").startswith("(") and badge(browser), "an alarm of the box is not counted")
     axe(browser, "alarms of the box", source)
     browser.go(box, "system")
     browser.until(lambda: "as it should be" in browser.text(".verdict") or "as they should be" in browser.text(".verdict"), f"the box's verdict is {browser.text('.verdict')!r}")
-    browser.check("Certificate ends soon, unacknowledged" in browser.text(".warnings") and "FIC-206" in browser.text(".warnings"), f"its warnings are {browser.text('.warnings')!r}")
-    browser.until(lambda: "Certificate ends soon" in browser.text(".changes"), "it is no change of the box")
+    browser.check("Certificate expires soon, unacknowledged" in browser.text(".warnings") and "FIC-206" in browser.text(".warnings"), f"its warnings are {browser.text('.warnings')!r}")
+    browser.until(lambda: "Certificate expires soon" in browser.text(".changes"), "it is no change of the box")
     browser.press(".warnings a[href='#/alarms/box/certificate_expires']")
     browser.until(lambda: len(browser.text(".guide .action dd")) > 20, "an alarm of the box does not say what to do")
     browser.check("twin" not in browser.text(".detail").lower() and "Evidence" not in browser.text(".detail"), "an alarm of the box has a valve's twin or evidence")

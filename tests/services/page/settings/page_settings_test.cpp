@@ -177,7 +177,7 @@ TEST_CASE("the examples of a directory are valid") {
   const auto openldap = read_page_file(source + "/examples/page/openldap.yaml");
   INFO(config::to_text(openldap.diagnostics));
   CHECK(openldap);
-  const std::string document = read_file(source + "/docs/how-to/use-the-page.md");
+  const std::string document = read_file(source + "/docs/how-to/use-a-directory.md");
   const std::size_t begin = document.find("users: users\nldap:");
   REQUIRE(begin != std::string::npos);
   const std::string of_ad = document.substr(begin, document.find("```", begin) - begin);

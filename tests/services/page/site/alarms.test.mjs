@@ -8,7 +8,7 @@ const {flapsText, notExplained} = await import('../../../../services/page/site/v
 test('what came once does not flap, and what flaps is told with how often it came', () => {
   assert.equal(flapsText({flaps: 0}), null);
   assert.equal(flapsText({flaps: 1}), null);
-  assert.match(flapsText({flaps: 3}), /^3 times, each within a minute of going or while the alarm was on$/);
+  assert.match(flapsText({flaps: 3}), /^3 times, each within a minute after it cleared or while it was active$/);
 });
 
 test('of a loop without a twin no explanation is awaited', () => {

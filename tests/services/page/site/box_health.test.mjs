@@ -10,7 +10,7 @@ const warned = (alarms, out = [], answer = well) => warningsOf(answer, alarms, o
 
 test('a box without a word against it is well once it has told its alarms and loops, not before', () => {
   assert.deepEqual(warned([]), []);
-  assert.deepEqual(verdictOf([], true, 1000, time), ['The box is well: nothing warns. It runs since at 1000.', 'ok']);
+  assert.deepEqual(verdictOf([], true, 1000, time), ['OK. No warnings. Running since at 1000.', 'ok']);
   const [words, sign] = verdictOf([], false, 1000, time);
   assert.doesNotMatch(words, /is well/);
   assert.equal(sign, 'bad');
@@ -19,13 +19,13 @@ test('a box without a word against it is well once it has told its alarms and lo
 test('a standing alarm of the box is a warning, with since when and the way to it', () => {
   const warnings = warned([alarm('feeder_lost', 'acknowledged'), alarm('disk_full', 'unacknowledged', {priority: 'high', raised_ms: 1500}), {...alarm('bad_pv', 'unacknowledged'), loop: 'FIC-101'}]);
   assert.deepEqual(warnings.map(({text, href, sign}) => [text, href, sign]), [['Disk full, unacknowledged, since at 1500', '#/alarms/box/disk_full', 'high'], ['Feeder lost, acknowledged, since at 2000', '#/alarms/box/feeder_lost', 'low']]);
-  assert.deepEqual(verdictOf(warnings, true, 0, time), ['2 things are not as they should be, the oldest since at 1500.', 'high']);
+  assert.deepEqual(verdictOf(warnings, true, 0, time), ['2 warnings, the oldest since at 1500.', 'high']);
 });
 
 test('an alarm that has gone and waits is told, and one on the shelf is not', () => {
   const warnings = warned([alarm('clock_stepped', 'returned_unacknowledged'), alarm('disk_full', 'shelved')]);
-  assert.deepEqual(warnings.map(({text, sign}) => [text, sign]), [['Clock was set, gone, unacknowledged, since at 2000', 'gone']]);
-  assert.deepEqual(verdictOf(warnings, true, 0, time), ['One thing is not as it should be.', 'low']);
+  assert.deepEqual(warnings.map(({text, sign}) => [text, sign]), [['System clock changed, cleared, unacknowledged, since at 2000', 'gone']]);
+  assert.deepEqual(verdictOf(warnings, true, 0, time), ['1 warning.', 'low']);
 });
 
 test('an alarm that this page does not know is no less one', () => {

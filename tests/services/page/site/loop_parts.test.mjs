@@ -17,27 +17,27 @@ test('an alarm of a loop has its limit with its unit, its delays and how it is n
     (alarm) => (alarm === 'stiction' ? 'acknowledged' : 'normal'));
   assert.deepEqual(cellsOf(node), [['PV high', 'medium', '8.00 L/min', '0.10 L/min', '1 min, 10 s', '', 'the shift', 'normal'],
     ['Stiction', 'low', '', '', '', 'Low air supply', 'the shift', 'acknowledged']]);
-  assert.doesNotMatch(wordsOf(node), /No limits/);
-  assert.match(wordsOf(alarmTable([design('bad_pv')], LOOP, () => 'normal')), /No limits of PV/);
+  assert.doesNotMatch(wordsOf(node), /no PV limits/);
+  assert.match(wordsOf(alarmTable([design('bad_pv')], LOOP, () => 'normal')), /no PV limits/);
 });
 
 test('an alarm is suppressed by another one, or can’t be raised at present', () => {
   assert.equal(alarmNow({state: 'suppressed', consequence: true}), 'suppressed');
-  assert.equal(alarmNow({state: 'suppressed', consequence: false}), 'can’t be raised at present');
+  assert.equal(alarmNow({state: 'suppressed', consequence: false}), 'cannot be raised at present');
   assert.equal(alarmNow({state: 'acknowledged', consequence: false}), 'acknowledged');
 });
 
 test('who judges the valve is told, and that nobody does', () => {
   assert.equal(judgesOf({...LOOP, specialists: ['no_fault', 'stiction', 'backlash', 'other'], twin: true}), 'specialists for stiction, backlash; routine evidence; its twin');
   assert.equal(judgesOf(LOOP), 'routine evidence');
-  assert.match(judgesOf({...LOOP, monitor: false}), /^nothing/);
+  assert.match(judgesOf({...LOOP, monitor: false}), /^no detector/);
 });
 
 test('who commissions a loop is told, since when, and when that ends by itself', () => {
-  assert.equal(commissioningText(null), 'Being commissioned');
+  assert.equal(commissioningText(null), 'In maintenance');
   const text = (left) => commissioningText({by: 'uid 0', since_ms: 1800000000000, ends_in_s: left});
-  assert.match(text(57.4), /^Being commissioned by uid 0 since 2027-01-15.*but for manual; ends in 57 s without a sign of life$/);
-  assert.match(text(0), /no sign of life: goes to its stop action$/);
+  assert.match(text(57.4), /^In maintenance by uid 0 since 2027-01-15.*only select manual\.; ends in 57 s if the session stays silent$/);
+  assert.match(text(0), /session silent: stop action$/);
 });
 
 const MONITOR = {window_state: 'valid', windows: 3, windows_suppressed: 0, oscillation_index: 0, oscillation_period_s: 0, variability_percent: 0, mean_error_percent: 0, saturated_percent: 0, bridged_cycles: 0, travel_percent_per_hour: 0,
@@ -57,7 +57,7 @@ test('how long the loop was in automatic, in manual and at a limit has units tha
 
 test('a window in which nothing oscillates says so of itself, not of the loop', () => {
   const said = (more) => cellsOf(measureTable({...MONITOR, ...more})).find(([name]) => name === 'Oscillation')[1];
-  assert.equal(said({oscillation_index: 0.7}), 'none within this window (regularity 0.7)');
+  assert.equal(said({oscillation_index: 0.7}), 'not in this window (regularity 0.7)');
   assert.equal(said({oscillation_index: 2, oscillation_period_s: 40}), 'every 40 s, regularity 2');
 });
 

@@ -14,7 +14,7 @@ test('a setup has its steps with their states, since when, and the command that 
   const place = shown([{loop: 'FIC-101', begun_ms: 1800000000000, command: 'loopwarden setup FIC-101', steps: [step('loop', 'done'), step('devices', 'running', {since_ms: 1800000060000}), step('file', 'open'), step('start', 'asleep')]}]);
   const cells = all(place, 'tr').slice(1).map((row) => row.children.map(wordsOf));
   assert.deepEqual(cells.map(([name, title, state]) => [name, title, state.replace(/2027-01-15.*/, 'TIME')]), [['loop', 'title of loop', 'done'], ['devices', 'title of devices', 'running now, since TIME'],
-    ['file', 'title of file', 'open'], ['start', 'title of start', 'not known']]);
+    ['file', 'title of file', 'open'], ['start', 'title of start', 'unknown']]);
   assert.match(wordsOf(place), /Begun 2027-01-15/);
   assert.deepEqual(all(place, 'code').map(wordsOf), ['loopwarden setup FIC-101']);
 });

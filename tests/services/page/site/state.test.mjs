@@ -21,7 +21,7 @@ test('a loop without a cycle is not known, and neither normal nor acting', () =>
 
 test('of old values nothing good is said', () => {
   const [said, sign, look] = stateOf(overview(), 0, {...about, stale: true});
-  assert.match(said, /not known/);
+  assert.match(said, /unknown/);
   assert.equal(words({stands: true}, {stale: true}), said, 'that its cycle stands follows from it');
   assert.deepEqual([sign, look], [null, 'soft']);
   assert.ok(!GOOD.includes(said));
@@ -32,7 +32,7 @@ test('of old values nothing good is said', () => {
 test('of a loop whose cycle stands nothing good is said, and its alarm stays', () => {
   const standing = overview({stands: true});
   const [said, sign, look] = stateOf(standing, 0, about);
-  assert.match(said, /stands still, last: normal/);
+  assert.match(said, /no new values, last: normal/);
   assert.deepEqual([sign, look], ['bad', 'low']);
   assert.equal(acts({stands: true}), 'not_known');
   assert.equal(acts({stands: true}, {control: 'elsewhere'}), 'watched');
