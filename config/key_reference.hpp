@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The readers' description of their keys: the source of docs/reference/configuration.md. The build makes
-// loopwardend.yaml(5) from it.
+// The readers' description of their keys: the source of docs/reference/configuration.md. The build
+// makes loopwardend.yaml(5) from it.
 #pragma once
 
 #include <string>

@@ -174,16 +174,17 @@ std::string markdown(const std::vector<MeasuredLoop>& measured) {
       "# Gallery of faults\n\n"
       "<!-- Generated: `loopwarden-study gallery --out docs/reference` renews it and its pictures. "
       "-->\n\n"
-      "[Simulated](#plant-1) records with one fault each, and [measured](#measured-loops) "
-      "records.\n\n"
+      "This page shows how each valve fault looks in a record: [simulated](#plant-1) records with "
+      "one fault each, and [measured](#measured-loops) records.\n"
+      "The mechanism of each fault and its remedy are in "
+      "[valve faults](../explanation/valve-faults.md).\n\n"
       "## Plant 1\n\n"
-      "Plant 1 of the thesis (gain 1.2264, time constant 1.694 s, dead time 2.626 s, PI with kp "
-      "0.3494 "
-      "and\nki 0.04 1/s, noise 0.01 L/min) on a step of the set point from 0 to 5 L/min, with each "
-      "fault of its\nchapter 7 in two sizes. Left: the window of 961 samples that specialists "
-      "evaluate, then 600 s,\nthen PV over CO. [thesis.md](../project/thesis.md) lists the "
-      "statement for "
-      "each measure.\n\n"
+      "The set point steps from 0 to 5 L/min at 1 s. Each fault has two sizes.\n"
+      "Each picture has three parts: the first 961 samples, which specialists judge; 600 s; PV "
+      "over CO.\n"
+      "Plant 1 of the thesis has gain 1.2264, time constant 1.694 s and dead time 2.626 s.\n"
+      "Its controller is a PI with kp 0.3494 and ki 0.04 1/s. The noise is 0.01 L/min.\n"
+      "[The thesis](../project/thesis.md) has the statement for each measure.\n\n"
       "| fault | dead time, s | 95 % after, s | offset, L/min | PV swing | CO swing | period, s |\n"
       "|---|---|---|---|---|---|---|\n";
   std::string pictures;
@@ -197,9 +198,11 @@ std::string markdown(const std::vector<MeasuredLoop>& measured) {
         fmt::format("\n### {0}\n\n![{0}](pictures/gallery/{1}.svg)\n", exhibit.title, exhibit.file);
   }
   text +=
-      "\nDead time: until PV has moved by 2 % of the step. Offset: mean SP - PV of the last 600 s "
-      "of 900 s; swings\n(greatest less least) and period from the same time.\n\n"
-      "Figure 7.17, open loop, CO 2 V to 4 V and back with 0.7 V added while it falls:\n\n"
+      "\n- Dead time: until PV has moved by 2 % of the step.\n"
+      "- Offset: mean SP - PV of the last 600 s of 900 s.\n"
+      "- Swings (greatest minus least value) and period: from the same time.\n\n"
+      "Figure 7.17 of the thesis is an open loop: CO goes from 2 V to 4 V and back, with 0.7 V "
+      "added while it falls.\n\n"
       "| valve | PV up, L/min | PV down | down/up |\n|---|---|---|---|\n";
   effects::EffectSpec quick = effect_of("valve_characteristic", {});
   quick.options = {{"curve", "quick_opening"}};
@@ -223,11 +226,10 @@ std::string markdown(const std::vector<MeasuredLoop>& measured) {
   text += pictures;
   text +=
       "\n## Measured loops\n\n"
-      "Open records ([examples](../../examples/README.md)), a stretch of each, with the "
-      "observation "
-      "of an "
-      "engineer.\nThe verdict of `loopwarden diagnose` is for the whole record, without other "
-      "records and without the kind of the loop.\n";
+      "These are parts of open records ([examples](../../examples/README.md)). An engineer wrote "
+      "each observation (Seen).\n"
+      "The verdict of `loopwarden diagnose` is for the whole record, without other records and "
+      "without the type of the loop.\n";
   for (const MeasuredLoop& loop : measured) {
     text += fmt::format(
         "\n### {0}\n\n![{0}](pictures/gallery/{1}.svg)\n\nSeen: {2}\n\n`diagnose`: {3}\n",
@@ -262,7 +264,7 @@ std::string program_beside() {
 
 struct GalleryOptions {
   std::string out;
-  std::string data = "data";
+  std::string data = "examples";
   std::string program = program_beside();
   bool json = false;
 };

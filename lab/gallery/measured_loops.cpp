@@ -54,7 +54,7 @@ constexpr std::array kDrawnLoops{
               "PV follows CO with the same slope in both directions. At each turn it stays "
               "constant until CO has moved back by 2 to 3 %: a dead band. PV does not jump; "
               "backlash looks the same."},
-    DrawnLoop{"routine/r22.csv", "B of routine, window r22", "not told", 2500.0, 5000.0,
+    DrawnLoop{"routine/r22.csv", "B of routine, window r22", "type unknown", 2500.0, 5000.0,
               "PV jumps by 10 to 15 between two levels while CO moves by 0.6 %; sharp corners. The "
               "valve sticks."},
     DrawnLoop{
@@ -69,7 +69,7 @@ constexpr std::array kDrawnLoops{
               "lists dead zone and tight tuning; only the tuning is visible."},
     DrawnLoop{"isdb/CHEM13.csv", "CHEM13", "analyser", 12000.0, 18000.0,
               "CO and PV are round and opposite, and PV over CO is a straight line: the controller "
-              "reacts to a load or a faulty analyser, and the valve follows."},
+              "reacts to a disturbance or a faulty analyser, and the valve follows."},
     DrawnLoop{
         "routine/r24.csv", "A of routine, window r24", "level", 3000.0, 7500.0,
         "Three steps of the set point. CO kicks, PV turns and overshoots, all smooth: a vessel "

@@ -15,7 +15,8 @@
 // jump within the read-back's noise is not seen. Without a read-back the actuator's lag must be
 // given. No call reads a clock, allocates, locks or throws.
 //
-// Equations, thresholds and sources: docs/math/planned-moves.md. Figures: docs/explanation/compensators.md.
+// Equations, thresholds and sources: docs/math/planned-moves.md. Figures:
+// docs/explanation/compensators.md.
 #pragma once
 
 #include <cstdint>

@@ -377,7 +377,7 @@ std::string sentence_of(const Summary& r) {
       "The model lacks %s. Adding %s reduces the error on unseen data from %.3g to %.3g PV units",
       names.c_str(), r.effects.size() > 1 ? "them" : "it", r.before.holdout_rmse,
       r.after.holdout_rmse);
-  if (!r.remainder || r.remainder->share < kWorthSaying) return out + ".";
+  if (!r.remainder || !(r.remainder->share >= kWorthSaying)) return out + ".";
   return out + text(" (%.0f %% of the gap). The remaining error looks like %s.",
                     100.0 * (1.0 - r.remainder->share), to_text(r.remainder->looks_like));
 }

@@ -16,7 +16,8 @@ namespace {
 using sqlite::Statement;
 
 constexpr const char* kTables = R"(
-CREATE TABLE report(id INTEGER PRIMARY KEY AUTOINCREMENT, device TEXT NOT NULL, payload BLOB NOT NULL);
+CREATE TABLE report(id INTEGER PRIMARY KEY AUTOINCREMENT, device TEXT NOT NULL,
+                    payload BLOB NOT NULL);
 CREATE TABLE kept(name TEXT PRIMARY KEY, value INTEGER NOT NULL) WITHOUT ROWID;
 )";
 

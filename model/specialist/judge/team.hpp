@@ -14,7 +14,8 @@
 //   4. not_enough_movement: several fault models fit equally well, or CO hardly moved, or CO was
 //      at an end of its range for long
 // The start of the window, set points, step sizes and units have no effect. Another process needs
-// other LoopFacts but no other networks (docs/explanation/twin-and-specialists.md has the accuracy).
+// other LoopFacts but no other networks (docs/explanation/twin-and-specialists.md has the
+// accuracy).
 //
 // Limits: two faults at once get one name. A fault that the window's movement does not reach leaves
 // no trace, and a healthy verdict on such a window doesn't exclude it.

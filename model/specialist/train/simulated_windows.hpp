@@ -23,8 +23,8 @@
 // model that can't be simulated.
 // Limits: one fault per window, present throughout; only valves with the laws of model/plant.
 //
-// Source: the ranges are our own choice for typical plants. The figures of docs/explanation/twin-and-specialists.md
-// apply to them.
+// Source: the ranges are our own choice for typical plants. The figures of
+// docs/explanation/twin-and-specialists.md apply to them.
 #pragma once
 
 #include <cstdint>

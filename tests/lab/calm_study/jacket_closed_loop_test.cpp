@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The stickband jacket in the closed loop of the thesis's plant 1, as described in docs/how-to/steady-a-sticking-valve.md.
+// The stickband jacket in the closed loop of the thesis's plant 1, as described in
+// docs/how-to/steady-a-sticking-valve.md.
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <cstdint>

@@ -48,9 +48,8 @@ TEST_CASE("a named controller with an unexplained plant reports both", "[gap][sa
                                         .best = {},
                                         .plant_unexplained = true});
   CHECK(text ==
-        "The model lacks controller_mismatch (ki 0.18 CO units/(PV unit s), kp 1.9 CO units/PV "
-        "unit), as CO shows. From CO to PV, model and record differ by 1.33 rms. No effect of the "
-        "catalogue explains this.");
+        "The model lacks controller_mismatch (ki 0.18, kp 1.9), as CO shows. From CO to PV, model "
+        "and record differ by 1.33 rms. No effect of the catalogue explains this.");
 }
 
 TEST_CASE("a partial answer reports how much it explains, and what the remaining error looks like",
@@ -58,7 +57,8 @@ TEST_CASE("a partial answer reports how much it explains, and what the remaining
   const std::string sentence =
       said(Outcome::missing_effect, Remainder{0.28, 0.04, LooksLike::disturbance});
   CHECK_THAT(sentence, Contains("gain_change (factor 1.36)"));
-  CHECK_THAT(sentence, Contains("(96 % of the gap). The remaining error looks like a disturbance."));
+  CHECK_THAT(sentence,
+             Contains("(96 % of the gap). The remaining error looks like a disturbance."));
   CHECK_THAT(said(Outcome::missing_effect, Remainder{0.28, 0.03, LooksLike::disturbance}),
              Contains("(97 % of the gap)"));
   // An error of a percent is not worth a sentence, and an error that can't be measured has no

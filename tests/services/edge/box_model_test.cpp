@@ -223,7 +223,8 @@ TEST_CASE("detectable sizes come from the loop's commission", "[edge]") {
   Seen seen;
   write_file(
       seen.folder / "commissions/FIC-101/commission.json",
-      R"({"detectable": {"stiction": {"percent_of_span": 1.5}, "backlash": {"percent_of_span": null}}})");
+      R"({"detectable": {"stiction": {"percent_of_span": 1.5},
+                         "backlash": {"percent_of_span": null}}})");
   seen.view.look();
   CHECK(seen.of_loop("detectable/stiction") == Value(1.5));
   CHECK(spec(seen.specs(), "detectable/stiction").unit == "% of CO span");

@@ -140,10 +140,9 @@ TEST_CASE("acknowledge_all is reported as far as its outcome is known", "[edge]"
     CHECK_THAT(answered(R"({"ok": true})"), Catch::StartsWith("acknowledge_all: not known: "));
   }
   SECTION("done, and not in the journal yet") {
-    CHECK(
-        answered(
-            R"({"ok": true, "on_disk": false, "acknowledged": [{"loop": "FIC-101", "alarm": "stiction"}]})") ==
-        "acknowledge_stiction: done, the journal does not have it yet");
+    CHECK(answered(R"({"ok": true, "on_disk": false,
+                       "acknowledged": [{"loop": "FIC-101", "alarm": "stiction"}]})") ==
+          "acknowledge_stiction: done, the journal does not have it yet");
   }
 }
 

@@ -43,7 +43,8 @@ TEST_CASE("the smallest feed.yaml has a broker and a value", "[feed]") {
 
 TEST_CASE("every key of feed.yaml is accepted", "[feed]") {
   const auto loaded = read_feed_text("/etc/loopwarden-feed/feed.yaml", R"(
-broker: {url: 'mqtts://b:8884', user: feed, password: {credential: p}, ca_file: ca.pem, client_id: seven}
+broker: {url: 'mqtts://b:8884', user: feed, password: {credential: p}, ca_file: ca.pem,
+         client_id: seven}
 runtime_directory: /run/other
 alive_interval: 0.5
 topics:

@@ -100,14 +100,14 @@ TEST_CASE("an alarm of the daemon reaches a webhook, and so does the daemon's si
   REQUIRE(has(folder / "log", 4));
   daemon.set("FIC-101", "normal");
   REQUIRE(has(folder / "log", 5));
-  CHECK(
-      texts(folder / "log") ==
-      std::vector<std::string>{
-          "[box 12] FIC-101 (cooling water): Stiction alarm, 6.1 % of CO span",
-          "[box 12] FIC-101 (cooling water): Stiction acknowledged, 6.1 %, by uid 7 (seen?Bcc: x)",
-          "[box 12] loopwardend does not respond, so no alarms are raised",
-          "[box 12] loopwardend responds again",
-          "[box 12] FIC-101 (cooling water): Stiction cleared, 6.1 % of CO span"});
+  CHECK(texts(folder / "log") ==
+        std::vector<std::string>{
+            "[box 12] FIC-101 (cooling water): Stiction alarm, 6.1 % of CO span",
+            "[box 12] FIC-101 (cooling water): Stiction acknowledged, 6.1 % of CO span, by uid 7 "
+            "(seen?Bcc: x)",
+            "[box 12] loopwardend does not respond, so no alarms are raised",
+            "[box 12] loopwardend responds again",
+            "[box 12] FIC-101 (cooling water): Stiction cleared, 6.1 % of CO span"});
   CHECK(eventually([&] { return program.list().front().at("state") == "sent"; }));
   CHECK(program.list().size() == 5);
   const auto listed =

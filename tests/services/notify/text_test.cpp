@@ -96,7 +96,7 @@ TEST_CASE("a process alarm is notified with its reason and its guide, with its o
   lost.alarm = "output_lost";
   lost.reason = "commands don't reach the device";
   CHECK(sentence(lost, sender()) == "FIC-101: Output lost alarm (commands don't reach the device)");
-  CHECK(letter(message_with({lost}), sender()).find("Action:         Look at the valve") !=
+  CHECK(letter(message_with({lost}), sender()).find("Action:         Check the valve") !=
         std::string::npos);
   const int urgent = priority_of(lost);
   lost.alarm = "not_normal_mode";
