@@ -445,8 +445,8 @@ void Study::loop_year() {
     odd_days += unknowns[day] > 0 ? 1U : 0U;
     for (std::size_t v = 0; v < all.size(); ++v) all[v] += tallies[day][v];
   }
-  say("\nHealthy operation, {} days of plant 1, each with process, tuning, noise, load and "
-      "set points of its own\n",
+  say("\nHealthy operation, {} days of plant 1, each with another process, tuning, noise, load and "
+      "other set points\n",
       days);
   heading("windows");
   row("no_fault", all);
