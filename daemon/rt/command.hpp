@@ -102,7 +102,7 @@ constexpr const char* to_text(Refusal refusal) noexcept {
              "and monitor.twin";
     case Refusal::output_unknown: return "output position unknown. Set an output in manual first";
     case Refusal::output_in_automatic:
-      return "in automatic the controller sets the output. Set --mode man first, or in the same "
+      return "in automatic the controller has the output. Set --mode man first, or in the same "
              "command";
     case Refusal::output_in_fault:
       return "the loop has a fault, whose action sets the output. Set it after the fault has "

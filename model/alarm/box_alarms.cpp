@@ -10,7 +10,7 @@ AlarmGuide guide_of(BoxAlarm kind) noexcept {
           "Records, evidence or other files have filled the disk of the state directory, or the "
           "disk is faulty",
           "Recording has stopped, and a restart may lose alarms",
-          "Free space on the disk, or replace a disk that does not answer. Look at `journal.error` "
+          "Free space on the disk, or replace a disk that does not answer. See `journal.error` "
           "in the status",
           "an hour"};
     case BoxAlarm::clock_stepped:
@@ -20,22 +20,22 @@ AlarmGuide guide_of(BoxAlarm kind) noexcept {
               "Check the box's time service. Allow for the jump when you read records",
               "the shift"};
     case BoxAlarm::feeder_lost:
-      return {"The program that brings values of watched loops has stopped or can't connect",
-              "The state of these loops is unknown",
-              "Look at the feeder's service and log. Start it", "an hour"};
+      return {"The program that supplies the values of watched loops has stopped or can't connect",
+              "The state of these loops is unknown", "Check the feeder's service and log. Start it",
+              "an hour"};
     case BoxAlarm::service_failed:
-      return {"A service of the box (page, edge, notify, feed) has died and does not start again",
-              "Its work is not done: alarms may reach no operator",
+      return {"A service of the box (page, edge, notify, feed) has failed and is not restarted",
+              "Its function is lost: alarms may not reach an operator",
               "Run `systemctl status` for the named service. Start it", "an hour"};
     case BoxAlarm::certificate_expires:
-      return {"A certificate ends within 14 days",
-              "Browsers and servers refuse the box from then on", "Renew the named certificate",
+      return {"A certificate expires within 14 days",
+              "Browsers and servers reject the box after that", "Renew the named certificate",
               "a week"};
     case BoxAlarm::records_dropped: break;
   }
-  return {"The disk is too slow for the records, or the box is too busy",
-          "Cycles are missing in records or windows. Windows start again",
-          "Check what else uses the disk. Record fewer loops", "a day"};
+  return {"The disk is too slow for the records, or the box is overloaded",
+          "Cycles are missing in records or windows. Windows restart",
+          "Find other programs that use the disk. Record fewer loops", "a day"};
 }
 
 BoxAlarms::BoxAlarms(const AlarmSettings& settings) noexcept {
