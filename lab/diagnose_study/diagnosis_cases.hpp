@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Simulated routine records for training and evaluation of `diagnose`: closed loops of many kinds
-// with noise and loads, logged as in plants. docs/how-to/diagnose-a-loop.md lists the distributions.
+// with noise and loads, logged as in plants. docs/how-to/diagnose-a-loop.md lists the
+// distributions.
 #pragma once
 
 #include <cstddef>

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// loopwarden-study specialist: prints the figures that docs/explanation/twin-and-specialists.md states.
+// loopwarden-study specialist: prints the figures that docs/explanation/twin-and-specialists.md
+// states.
 #include <fmt/format.h>
 
 #include <algorithm>
