@@ -51,7 +51,7 @@ std::string why_changed(const alarm::ProcessChange& change, const RecordRow& row
       if (!change.on) return "commands reach the device";
       return "commands don't reach the device" + (pv_bad ? "; " + pv_text(row) : std::string());
     case alarm::AlarmKind::output_unknown:
-      return change.on ? "nothing tells where the output stands" : "the output is known";
+      return change.on ? "output position unknown" : "output position known";
     case alarm::AlarmKind::not_normal_mode: return mode_text(row, settings.normal_mode);
     case alarm::AlarmKind::enable_open:
       return change.on ? "the enable contact is open" : "the enable contact is closed";

@@ -317,7 +317,7 @@ struct LabelledWindow {
 
 constexpr double kRidge = 0.3;
 // The term A separates the measured loops no better than chance (AUC 0.49 by window), and the open
-// records were used for its development. It may shift p by 1.4 nats and can't decide alone.
+// records were used for its development. It may shift p by 1.4 nats and can't decide by itself.
 constexpr diagnosis::ValveTerms kMostAtOnce{1e3, 1e3, 1e3, 2.0};
 
 std::vector<LabelledWindow> read_windows(const std::vector<std::string>& folders) {

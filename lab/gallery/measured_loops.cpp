@@ -100,7 +100,7 @@ std::string printed(const std::filesystem::path& program,
 // Returns the verdict, its reasons, and the advice to settle it.
 std::string said(const std::string& text) {
   std::string result = text.substr(0, text.find('\n'));
-  for (const std::string_view wanted : {"because: ", "what would settle it: "}) {
+  for (const std::string_view wanted : {"because: ", "next step to decide: "}) {
     const std::size_t at = text.find("\n" + std::string(wanted));
     if (at == std::string::npos) continue;
     const std::size_t end = text.find('\n', at + 1);

@@ -71,7 +71,7 @@ CorrectiveStep CorrectiveAction::explained_otherwise() noexcept {
   if (!planned() || acting()) return {};
   due_ = ordered_ = false;
   if (state_ != State::offered && state_ != State::in_shadow) return {};
-  return go(State::waiting, "the newest explanation is no stiction with valid s and j");
+  return go(State::waiting, "the newest explanation is not stiction with valid s and j");
 }
 
 CorrectiveStep CorrectiveAction::ordered() noexcept {
@@ -176,7 +176,7 @@ CorrectiveStep CorrectiveAction::interrupted(bool controlling) noexcept {
     return {};
   }
   due_ = true;  // the alarm is still on: try again, with a new baseline
-  return go(State::waiting, "the loop is not in automatic on a good PV");
+  return go(State::waiting, "the loop is not in automatic with a good PV");
 }
 
 CorrectiveStep CorrectiveAction::refused() noexcept {

@@ -124,7 +124,7 @@ std::string why_not_healthy(const FoundEffect& effect, const LoopModel& model, d
   }
   const double size = size_percent(effect.spec, model.controller.pid.output_span());
   if (!(size > limit)) return "";
-  return text("The valve is not healthy: %s of %.1f %% of span, and %.1f %% is allowed. %s",
+  return text("The valve is not healthy: %s of %.1f %% of span, at most %.1f %% is allowed. %s",
               words(name).c_str(), size, limit, effects::find_effect(name)->remedy);
 }
 
@@ -159,8 +159,8 @@ class Commissioner {
       if (!request_.accept_short || !request_.model) {
         return refuse(
             Outcome::not_usable,
-            "The record has no CO: what the valve does can't be told from the controller. "
-            "(With a model, --accept-short takes it.)");
+            "The record has no CO, so the effects of valve and controller can't be separated. "
+            "(With a model, use --accept-short to accept it.)");
       }
       out_.accepted.emplace_back("no_co");
     }
@@ -311,7 +311,7 @@ class Commissioner {
     model_.uncertainty = uncertainty;
     note_friction(polished);
     out_.stages.push_back(runs.stage(
-        found.effects.empty() ? "all numbers at once" : names_of(found.effects), model_));
+        found.effects.empty() ? "all parameters together" : names_of(found.effects), model_));
   }
 
   // Says why.
@@ -332,7 +332,7 @@ class Commissioner {
     nearest.block = best->block;
     const std::string why = why_not_healthy(nearest, out_.given, limit);
     if (why.empty()) return false;
-    out_.why = why + " (Nothing explains all of the record; this comes nearest.)";
+    out_.why = why + " (No effect explains the whole record; this one is the nearest.)";
     return true;
   }
 
@@ -355,14 +355,14 @@ class Commissioner {
         continue;
       }
       out_.notes.push_back(words(effect.spec.name) +
-                           ": of that day, not of the loop; left out of the twin");
+                           ": a condition of that day, not of the loop; not included in the twin");
       day_.push_back(effect.spec);
     }
   }
 
   void note_friction(const Polished& polished) {
     if (!(polished.friction_percent > 0.0)) return;
-    out_.notes.push_back(text("friction of the healthy valve: %.2f %% of span, the twin has it",
+    out_.notes.push_back(text("healthy valve friction: %.2f %% of span (included in the twin)",
                               polished.friction_percent));
   }
 
@@ -380,8 +380,8 @@ class Commissioner {
     model_ = polished.model;
     note_friction(polished);
     const bool friction = polished.friction_percent > 0.0;
-    out_.stages.push_back(
-        runs.stage(friction ? "friction and all numbers at once" : "all numbers at once", model_));
+    out_.stages.push_back(runs.stage(
+        friction ? "friction and all parameters together" : "all parameters together", model_));
   }
 
   // The twin from the model that all the rounds made, and what is left of the gap.
@@ -512,31 +512,32 @@ class Commissioner {
     const bool little =
         left <= kRemarked * floor || (left <= kFewFloors * floor && follows.empty());
     if (std::isfinite(out_.closed) && out_.closed < kLeastClosed && !little) {
-      refuse(
-          Outcome::not_explained,
-          text("Only %.0f %% of the gap between model and record is explained; %.0f %% are asked "
-               "for.",
-               100.0 * std::max(0.0, out_.closed), 100.0 * kLeastClosed));
+      refuse(Outcome::not_explained,
+             text("Only %.0f %% of the error between model and record is explained; at least %.0f "
+                  "%% is "
+                  "required.",
+                  100.0 * std::max(0.0, out_.closed), 100.0 * kLeastClosed));
       return;
     }
     if (last.outcome == gap::Outcome::unexplained && left > kFewFloors * floor) {
       refuse(Outcome::not_explained,
-             text("What is left of PV is %.1f times the noise floor, and no effect explains it: it "
+             text("The remaining error of PV is %.1f times the noise floor, and no effect explains "
+                  "it: it "
                   "looks like %s.",
                   left / floor,
-                  last.remainder ? gap::to_text(last.remainder->looks_like) : "nothing known"));
+                  last.remainder ? gap::to_text(last.remainder->looks_like) : "no known effect"));
       return;
     }
     out_.outcome = Outcome::commissioned;
     if (left > kRemarked * floor) {
-      out_.notes.push_back(
-          text("%.2f times the noise floor is left%s: the twin may lack something small; "
-               "report.html shows "
-               "where, and a record with more moves of SP may tell",
-               left / floor, follows.empty() ? "" : (", and it follows " + follows).c_str()));
+      out_.notes.push_back(text(
+          "the remaining error is %.2f times the noise floor%s: the twin may lack a small effect. "
+          "report.html shows where. Record more moves of SP to find it",
+          left / floor, follows.empty() ? "" : (", and it follows " + follows).c_str()));
     }
-    out_.why = text("The twin leaves %.2f %% of span of PV, %.2f times the noise floor.",
-                    100.0 * left / out_.twin.transmitter.span(), left / floor);
+    out_.why =
+        text("Remaining error of the twin: %.2f %% of the PV span, %.2f times the noise floor.",
+             100.0 * left / out_.twin.transmitter.span(), left / floor);
   }
 
   void prove_on_others(const gap::Options& options, double share) {
@@ -561,10 +562,10 @@ class Commissioner {
                            result.before.holdout_rmse >
                                kFewFloors * std::max(result.floor.rmse(), result.rest.quiet_rmse);
       if (differs) {
-        refuse(Outcome::not_explained,
-               text("Record %d does not agree with the twin that the first one gives, and nothing "
-                    "explains why.",
-                    number));
+        refuse(Outcome::not_explained, text("Record %d does not agree with the twin of the first "
+                                            "record, and no effect explains "
+                                            "the difference.",
+                                            number));
         return;
       }
       out_.notes.push_back(text("record %d: rmse %.4g PV units, noise floor %.4g", number,

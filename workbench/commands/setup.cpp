@@ -162,7 +162,7 @@ void add_setup(Program& program) {
   std::vector<std::string> steps;
   for (const auto& step : protocol::kSetupSteps) steps.emplace_back(step.name);
   command.option("--again", o.again, "step to repeat, with its questions", one_of(steps));
-  command.setting("--minutes", o.minutes, "of the record", between(1.0, 120.0));
+  command.setting("--minutes", o.minutes, "length of the record, min", between(1.0, 120.0));
   command.flag("--show", o.show, "print the progress, without questions");
   command.flag("--json", o.json, "print the progress as JSON, with --show");
   command.footer(

@@ -201,17 +201,19 @@ Outcome record_moves(Setup& setup) {
   Dialogue& dialogue = setup.dialogue;
   const config::LoopConfig loop = setup.loop();
   const bool ours = !setup.elsewhere();
+  const std::string minutes = fmt::format("{:g} {}", setup.record_minutes,
+                                          setup.record_minutes == 1.0 ? "minute" : "minutes");
   if (ours &&
       !agreed(setup, fmt::format("The loop is put in automatic with its present gains, and "
-                                 "its set point moves for {:g} minutes. Then it is in manual. "
+                                 "its set point moves for {}. Then it is in manual. "
                                  "Any key ends it, and the output returns to its present value.",
-                                 setup.record_minutes))) {
+                                 minutes))) {
     return Outcome::left;
   }
   if (!ours &&
       !dialogue.yes_now(fmt::format("  Can you move the set point at its own controller, in "
-                                    "automatic, for {:g} minutes",
-                                    setup.record_minutes))) {
+                                    "automatic, for {}",
+                                    minutes))) {
     return Outcome::left;
   }
   DaemonClient daemon(setup.socket);

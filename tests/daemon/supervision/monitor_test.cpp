@@ -379,8 +379,7 @@ TEST_CASE("each loop has its own process alarms, with or without specialists", "
   CHECK(bench.state(AlarmKind::output_unknown, 1) == AlarmState::normal);
   CHECK(bench.state(AlarmKind::not_normal_mode, 1) == AlarmState::unacknowledged);
   CHECK(bench.reasons(AlarmKind::not_normal_mode).front() == "AUTO; the normal mode is manual");
-  CHECK(bench.reasons(AlarmKind::output_unknown).front() ==
-        "nothing tells where the output stands");
+  CHECK(bench.reasons(AlarmKind::output_unknown).front() == "output position unknown");
 }
 
 TEST_CASE("the journal has the reason why an alarm was raised or cleared", "[monitor]") {

@@ -41,8 +41,9 @@ TEST_CASE("a change since a moment is named with its size, the simplest first",
   CHECK(gain.effects[0].spec.parameters.at("factor") == Approx(1.3).margin(0.02));
   CHECK(gain.effects[0].block == Block::process);
   CHECK(gain.closed > 0.9);
-  CHECK_THAT(gain.effects[0].evidence,
-             Catch::Contains("on the last third of the stretch: its numbers are fitted to what"));
+  CHECK_THAT(
+      gain.effects[0].evidence,
+      Catch::Contains("on the last third of the data. Its parameters are fitted to the data"));
 
   const auto step = named({{{"output_bias", {{"bias", 0.6}}}, Block::transmitter}});
   REQUIRE(step.effects.size() == 1);
@@ -50,7 +51,8 @@ TEST_CASE("a change since a moment is named with its size, the simplest first",
   CHECK(step.effects[0].spec.parameters.at("size") == Approx(0.6).margin(0.05));
   CHECK(step.effects[0].alternatives == std::vector<std::string>{"output_bias"});
   // By the last third the load's filter has absorbed it.
-  CHECK_THAT(step.effects[0].evidence, Catch::Contains("most of which its numbers are fitted to"));
+  CHECK_THAT(step.effects[0].evidence,
+             Catch::Contains("most of which its parameters are fitted to"));
 }
 
 TEST_CASE("a fault of the valve is not attributed to the process", "[commission][since]") {

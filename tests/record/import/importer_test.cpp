@@ -920,8 +920,7 @@ TEST_CASE("tags of a transmitter and a valve are offered as a loop", "[import]")
     write_file(folder / "e.csv", "Time," + names + "\n1,2,3\n2,3,4\n3,4,5\n");
     return Importer({folder.path()}, {}).pairs_hint();
   };
-  CHECK(hint("FT129,FV129") ==
-        "FT129 and FV129 look like PV and CO of a loop: --map pv=FT129,co=FV129");
+  CHECK(hint("FT129,FV129") == "If FT129 is PV and FV129 is CO, add: --map pv=FT129,co=FV129");
   CHECK(hint("12-FI-129A,12-FV-129A").find("--map pv=12-FI-129A,co=12-FV-129A") !=
         std::string::npos);
   CHECK(hint("FT129,FV130").empty());

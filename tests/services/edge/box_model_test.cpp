@@ -308,7 +308,7 @@ TEST_CASE("a file is sent in numbered parts with a check sum of the whole", "[ed
   }
   CHECK(whole == "0123456789");
   CHECK_FALSE(parts.next());
-  CHECK_THAT(parts.add("d", "e2", folder / "none"), Catch::StartsWith("refused: no file is there"));
+  CHECK_THAT(parts.add("d", "e2", folder / "none"), Catch::StartsWith("refused: no file exists"));
 }
 
 Metric wanted(std::string name, Value value) {
@@ -350,7 +350,7 @@ TEST_CASE("alarms, shelves, vetoes and evidence", "[edge]") {
   CHECK(command.evidence == std::vector<std::string>{"stiction"});
 }
 
-TEST_CASE("a write that is no order is reported and gives no order", "[edge]") {
+TEST_CASE("a write that is not a command is reported and has no effect", "[edge]") {
   const double nan = std::nan("");
   for (const Metric& metric :
        {wanted("pv", 5.0), wanted("kp", 1.0), wanted("sp", nan), wanted("sp", std::string("5")),

@@ -114,7 +114,7 @@ TEST_CASE("an order that is done and not in the journal yet is reported as done"
   std::thread daemon([&] { peer = socket.take(R"({"ok": true, "on_disk": false})"); });
   orders.give("d", "FIC-101", kAcknowledge);
   daemon.join();
-  CHECK(told(orders) == "acknowledge_stiction: done, the journal does not have it yet");
+  CHECK(told(orders) == "acknowledge_stiction: done, not yet in the journal");
   ::close(peer);
 }
 
@@ -142,7 +142,7 @@ TEST_CASE("acknowledge_all is reported as far as its outcome is known", "[edge]"
   SECTION("done, and not in the journal yet") {
     CHECK(answered(R"({"ok": true, "on_disk": false,
                        "acknowledged": [{"loop": "FIC-101", "alarm": "stiction"}]})") ==
-          "acknowledge_stiction: done, the journal does not have it yet");
+          "acknowledge_stiction: done, not yet in the journal");
   }
 }
 

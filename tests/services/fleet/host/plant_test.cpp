@@ -742,8 +742,8 @@ TEST_CASE("evidence is requested until it is complete, or until the box reports 
   SECTION("the box has none") {
     plant.write({plant.edge.data(
         {metric("order/result", DataType::string,
-                std::string("request/evidence stiction: refused: there is none"))})});
-    CHECK(plant.database.ask("SELECT answer FROM request") == "there is none");
+                std::string("request/evidence stiction: refused: no such evidence"))})});
+    CHECK(plant.database.ask("SELECT answer FROM request") == "no such evidence");
   }
   SECTION("no answer at all: the requests end") {
     for (int tries = 1; tries < 6; ++tries) {

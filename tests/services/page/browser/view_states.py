@@ -40,7 +40,7 @@ def logged_out(box, browser):
     for route in VIEWS:
         browser.driver.get(f"{box.url}/#/{route}")
         browser.driver.refresh()
-        browser.until(lambda: browser.all("form.panel input[name=password]"), f"{route}: nobody is asked to log in")
+        browser.until(lambda: browser.all("form.panel input[name=password]"), f"{route}: no log-in is requested")
         browser.check(not claims(browser), f"{route}, logged out: {claims(browser)}")
         browser.check(TAG not in browser.text("body"), f"{route}: who is not logged in reads of {TAG}")
 
@@ -64,9 +64,9 @@ def stale(box, browser):
         browser.until(lambda: browser.text("main").strip() and "Loading" not in browser.text("main") and not is_stale(), f"{route}: stays empty")
         box.daemon.send_signal(signal.SIGSTOP)
         try:
-            browser.until(is_stale, f"{route}: values of a daemon that stands still look fresh")
+            browser.until(is_stale, f"{route}: values of a stopped daemon look fresh")
             browser.until(lambda: not claims(browser), f"{route}, stale: {claims(browser)}")
-            browser.check(browser.run("document.title").startswith("No values"), f"{route}: the tab says {browser.run('document.title')!r}")
+            browser.check(browser.run("document.title").startswith("No values"), f"{route}: the tab shows {browser.run('document.title')!r}")
         finally:
             box.daemon.send_signal(signal.SIGCONT)
         browser.until(lambda: not is_stale(), f"{route}: values don't come back")
@@ -82,9 +82,9 @@ def never_heard_of(box, browser):
     for route in VIEWS:
         browser.driver.get(f"{box.url}/#/{route}")
         browser.driver.refresh()
-        browser.until(lambda: browser.run("document.body.classList.contains('stale')"), f"{route}: a daemon that never answered is not told of")
+        browser.until(lambda: browser.run("document.body.classList.contains('stale')"), f"{route}: a daemon that never answered is not reported")
         browser.check(not claims(browser), f"{route}, without a daemon: {claims(browser)}")
-        browser.check("no loops" not in browser.text("main"), f"{route}: loops that nobody knows are none")
+        browser.check("no loops" not in browser.text("main"), f"{route}: unknown loops are shown as none")
     box.start_daemon()
     browser.until(lambda: not browser.run("document.body.classList.contains('stale')"), "the daemon that has come is not seen")
 
@@ -108,7 +108,7 @@ def figures_of_alarms(box, browser):
     browser.until(lambda: "Alarms per hour" in browser.text(".alarm-figures"), "no figures")
     box.daemon.send_signal(signal.SIGSTOP)
     try:
-        browser.until(lambda: "Unknown" in browser.text(".alarm-figures") and "within target" not in browser.text(".alarm-figures"), f"of a daemon that stands still the figures are {browser.text('.alarm-figures')!r}")
+        browser.until(lambda: "Unknown" in browser.text(".alarm-figures") and "within target" not in browser.text(".alarm-figures"), f"the figures of a stopped daemon are {browser.text('.alarm-figures')!r}")
     finally:
         box.daemon.send_signal(signal.SIGCONT)
     browser.until(lambda: "Alarms per hour" in browser.text(".alarm-figures"), "figures don't come back")
@@ -123,5 +123,5 @@ def no_data(wrong):
             browser.until(lambda: words in browser.text("main"), f"{route}: does not say {words!r}: {browser.text('main')[:300]}")
         browser.go(box, "alarms")
         opened(browser)
-        browser.until(lambda: "No alarms in this time" in browser.text(".alarm-figures"), "that no alarm came is not told")
+        browser.until(lambda: "No alarms in this time" in browser.text(".alarm-figures"), "the absence of alarms is not shown")
 
