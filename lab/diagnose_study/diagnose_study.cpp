@@ -109,9 +109,9 @@ std::vector<Judged> judge_cases(const StudyOptions& options, std::uint64_t seed,
         j.mover = c.mover;
         j.size = c.size;
         j.labelled.cause = c.cause;
-        const auto kind = diagnosis::loop_kind(c.kind).value_or(diagnosis::LoopKind::unknown);
+        const auto kind = diagnosis::loop_type(c.kind).value_or(diagnosis::LoopType::unknown);
         j.diagnosis = diagnosis::diagnose(
-            view_of(c), options.unknown_kind ? diagnosis::LoopKind::unknown : kind);
+            view_of(c), options.unknown_kind ? diagnosis::LoopType::unknown : kind);
         const diagnosis::Gate gate = j.diagnosis.prepared.gate;
         if (options.compare_too && j.diagnosis.judged()) {
           j.labelled.features = diagnosis::find_features(j.diagnosis.prepared).features;

@@ -50,7 +50,7 @@
 #include <cstdint>
 #include <string>
 
-#include "model/diagnosis/kind.hpp"
+#include "model/diagnosis/loop_type.hpp"
 #include "model/diagnosis/reversals.hpp"
 
 namespace loopwarden::diagnosis {

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "model/diagnosis/correlation.hpp"
-#include "model/diagnosis/phase.hpp"
-#include "model/diagnosis/standing.hpp"
+#include "model/diagnosis/odd_phase.hpp"
+#include "model/diagnosis/hold_evidence.hpp"
 #include "model/numeric/statistics.hpp"
 #include "model/numeric/enum_name.hpp"
 
@@ -34,8 +34,9 @@ bool cycles(const Prepared& p) {
 }
 
 Follows follows_of(const Diagnosis& d) {
-  if (d.kind == LoopKind::temperature) return Follows::slowly;
-  if (d.kind == LoopKind::level || (d.kind == LoopKind::unknown && d.prepared.integrates)) {
+  if (d.loop_type == LoopType::temperature) return Follows::slowly;
+  if (d.loop_type == LoopType::level ||
+      (d.loop_type == LoopType::unknown && d.prepared.integrates)) {
     return Follows::by_integration;
   }
   return Follows::at_once;
@@ -90,21 +91,21 @@ void measure(Diagnosis& d) {
   const double blocks = period / static_cast<double>(factor);
   const Series pv_blocks = block_means(pv, factor);
   const Series co_blocks = block_means(co, factor);
-  const Scales pv_scales = three_scales(pv_blocks, blocks);
-  const Scales co_scales = three_scales(co_blocks, blocks);
+  const TimeScales pv_scales = three_time_scales(pv_blocks, blocks);
+  const TimeScales co_scales = three_time_scales(co_blocks, blocks);
   d.play = fit_play(pv_scales, co_scales, blocks);
   const ControllerFit controller =
       fit_controller(d.prepared.error, d.prepared.output, d.prepared.period);
   d.hammerstein = fit_hammerstein(d.prepared.raw_pv, d.prepared.raw_co,
                                   controller.fit > kControllerKnown ? controller.action : 0.0);
-  d.evidence = {
-      .phase = phase_evidence(pv_scales, co_scales, blocks),
-      .play = d.play.evidence,
-      .hammerstein = d.hammerstein.evidence,
-      .parts_for = d.hammerstein.parts_for,
-      .standing = standing_evidence(pv_blocks, co_blocks, blocks),
-      .relation = d.play.play_r2,
-      .reversals = find_reversals(three_scales(block_means(d.prepared.raw_co, factor), blocks)[1])};
+  d.evidence = {.phase = odd_phase_evidence(pv_scales, co_scales, blocks),
+                .play = d.play.evidence,
+                .hammerstein = d.hammerstein.evidence,
+                .parts_for = d.hammerstein.parts_for,
+                .standing = hold_evidence(pv_blocks, co_blocks, blocks),
+                .relation = d.play.play_r2,
+                .reversals = find_reversals(
+                    three_time_scales(block_means(d.prepared.raw_co, factor), blocks)[1])};
 }
 
 // Returns whether the set point swings with PV's own period, and PV with it: the cause is the
@@ -203,9 +204,9 @@ const char* to_text(DiagnosisVerdict verdict) noexcept {
       verdict, {"valve_effect", "other_cause", "healthy", "not_enough_data", "cant_tell"});
 }
 
-Diagnosis diagnose(const RoutineRecord& record, LoopKind kind) {
+Diagnosis diagnose(const RoutineRecord& record, LoopType type) {
   Diagnosis d;
-  d.kind = kind;
+  d.loop_type = type;
   d.prepared = prepare(record);
   d.reason = d.prepared.refusal;
   d.settle = d.prepared.settle;

@@ -22,7 +22,7 @@
 #include "model/diagnosis/classifier.hpp"
 #include "model/diagnosis/decision.hpp"
 #include "model/diagnosis/hammerstein.hpp"
-#include "model/diagnosis/kind.hpp"
+#include "model/diagnosis/loop_type.hpp"
 #include "model/diagnosis/play_fit.hpp"
 #include "model/diagnosis/preparation.hpp"
 #include "model/diagnosis/valve_fit.hpp"
@@ -58,7 +58,7 @@ struct Diagnosis {
   Grade grade = Grade::none;  // of a valve effect
   std::string reason;  // why there is no verdict on the valve: not_enough_data, cant_tell, gates
   std::string settle;  // the remedy
-  LoopKind kind = LoopKind::unknown;
+  LoopType loop_type = LoopType::unknown;
   Follows follows = Follows::at_once;
   double probability = 0.5;  // of a valve effect
   ValveEvidence evidence;
@@ -81,7 +81,7 @@ struct Diagnosis {
   }
 };
 
-Diagnosis diagnose(const RoutineRecord& record, LoopKind kind = LoopKind::unknown);
+Diagnosis diagnose(const RoutineRecord& record, LoopType type = LoopType::unknown);
 
 // Returns the time scale in samples: the cycle if one stands out, otherwise the movement. A window
 // of fifteen of them can be judged.

@@ -31,7 +31,7 @@
 #include <cstddef>
 #include <span>
 
-#include "model/diagnosis/series.hpp"
+#include "model/diagnosis/series_ops.hpp"
 
 namespace loopwarden::diagnosis {
 

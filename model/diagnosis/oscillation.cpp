@@ -5,7 +5,7 @@
 #include <array>
 #include <cmath>
 
-#include "model/diagnosis/series.hpp"
+#include "model/diagnosis/series_ops.hpp"
 #include "model/numeric/statistics.hpp"
 
 namespace loopwarden::diagnosis {

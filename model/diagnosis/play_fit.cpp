@@ -39,7 +39,7 @@ double best_r2(const Series& y, const Series& v, double period) {
 
 }  // namespace
 
-PlayFit fit_play(const Scales& pv, const Scales& co, double period) {
+PlayFit fit_play(const TimeScales& pv, const TimeScales& co, double period) {
   PlayFit fit;
   Series bands;
   for (std::size_t i = 0; i < pv.size(); ++i) {

@@ -4,7 +4,7 @@
 //   r2_lin   best R^2 of PV on CO, dead time 0 to P/4, lag 0 or 0.04 P
 //   r2_play  best R^2 of PV on play(CO, b R), the same dead times and lags, b 0.15 to 0.9, R the
 //            range of CO from 2 to 98 %
-//   pl       mean over three scales (scales.hpp) of
+//   pl       mean over three scales (time_scales.hpp) of
 //            log[(1 - r2_lin + 0.01) / (1 - r2_play + 0.01)], within -1.5 to 1.5
 //
 // Above 0 indicates the valve. The short lag is that of the transmitter and the process. Without
@@ -19,7 +19,7 @@
 // others.
 #pragma once
 
-#include "model/diagnosis/scales.hpp"
+#include "model/diagnosis/time_scales.hpp"
 
 namespace loopwarden::diagnosis {
 
@@ -30,6 +30,6 @@ struct PlayFit {
   double band = 0.0;  // CO units, median over the scales
 };
 
-PlayFit fit_play(const Scales& pv, const Scales& co, double period);
+PlayFit fit_play(const TimeScales& pv, const TimeScales& co, double period);
 
 }  // namespace loopwarden::diagnosis

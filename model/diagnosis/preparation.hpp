@@ -10,8 +10,8 @@
 //     moving mean of kWindowPeriods periods, upsets are cut back to 2.5 times the range from 5 to
 //     95 %, and both signals are scaled to a standard deviation of 1.
 //
-// The valve indicators (phase.hpp, play_fit.hpp, hammerstein.hpp) use `raw_pv` and `raw_co` without
-// these changes.
+// The valve indicators (odd_phase.hpp, play_fit.hpp, hammerstein.hpp) use `raw_pv` and `raw_co`
+// without these changes.
 //
 // Gates, each with its reason: too few samples, CO does not move (manual), and these, which name a
 // cause directly:
@@ -32,7 +32,7 @@
 #include <string>
 
 #include "model/diagnosis/oscillation.hpp"
-#include "model/diagnosis/series.hpp"
+#include "model/diagnosis/series_ops.hpp"
 
 namespace loopwarden::diagnosis {
 

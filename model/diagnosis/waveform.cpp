@@ -8,7 +8,7 @@
 #include <numbers>
 #include <vector>
 
-#include "model/diagnosis/series.hpp"
+#include "model/diagnosis/series_ops.hpp"
 #include "model/numeric/statistics.hpp"
 
 namespace loopwarden::diagnosis {

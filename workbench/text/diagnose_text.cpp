@@ -122,7 +122,7 @@ nlohmann::json json_of(const Diagnosis& d, double probability, double span) {
       {"settle", open ? or_null(d.settle) : nullptr},
       {"oscillating", d.oscillating},
       {"period_s", d.oscillating ? nlohmann::json(d.period_s) : nullptr},
-      {"kind", to_text(d.kind)},
+      {"kind", to_text(d.loop_type)},
       {"evidence", because(d)},
       {"against", or_null(against(d))},
       {"probability", nullptr},
@@ -329,7 +329,7 @@ std::string diagnosis_text(const DiagnosedLoop& loop) {
   }
   if (!d.judged()) return text;
   text += votes_line(d);
-  text += fmt::format("kind of loop: {}\n", to_text(d.kind));
+  text += fmt::format("kind of loop: {}\n", to_text(d.loop_type));
   text += d.oscillating ? fmt::format("oscillates with a period of {:.4g} s\n", d.period_s)
                         : std::string("does not oscillate\n");
   text += fmt::format("{} samples used, {:.0f} periods\n", d.prepared.used, d.prepared.cycles);

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Each indicator on a textbook case, the decision, the kind from a tag, and the verdict of a loop.
+// Play and Hammerstein evidence on textbook cases, the decision, and the verdict of a loop.
 #include <array>
 #include <catch2/catch.hpp>
 #include <vector>
 
 #include "model/diagnosis/diagnosis.hpp"
-#include "model/diagnosis/phase.hpp"
 #include "model/effects/backlash/backlash.hpp"
 #include "model/effects/stiction/stiction_choudhury.hpp"
 #include "tests/model/diagnosis/signals.hpp"
@@ -18,31 +17,8 @@ using namespace diagnosis;
 Series triangles() {
   return made_of(800, [](double k) { return triangle(k / 40.0); });
 }
-double phase_of(const Series& pv, const Series& co) {
-  return phase_evidence(three_scales(pv, 40.0), three_scales(co, 40.0), 40.0);
-}
 double play_of(const Series& pv, const Series& co) {
-  return fit_play(three_scales(pv, 40.0), three_scales(co, 40.0), 40.0).evidence;
-}
-
-TEST_CASE("the movement's period is that of the cycle, or half the record without a cycle") {
-  const Series co = with_noise(made_of(800, [](double k) { return sine(k / 50.0); }), 0.05, 1);
-  CHECK(movement_period(co, co) == Approx(50.0).epsilon(0.04));
-  const Series slow = made_of(800, [](double k) { return sine(k / 200.0); });
-  CHECK(movement_period(slow, co) == Approx(50.0).epsilon(0.04));
-  CHECK(movement_period(Series(300, 1.0), Series(300, 2.0)) == Approx(150.0));
-}
-
-TEST_CASE("phase: a square wave that lags a triangle is odd, PV in step with CO is even") {
-  // Horch 1999: CO integrates the error of a valve that jumps from side to side.
-  const Series co = triangles();
-  const Series jumping = made_of(800, [](double k) { return square(k / 40.0); });
-  CHECK(phase_of(with_noise(jumping, 0.1, 2), co) > 2.0);
-  CHECK(phase_of(with_noise(co, 0.1, 3), co) < -3.0);
-  Series opposed = co;
-  for (double& v : opposed) v = -v;
-  CHECK(phase_of(opposed, co) < -3.0);
-  CHECK(phase_of(Series(800, 0.0), co) < 0.0);
+  return fit_play(three_time_scales(pv, 40.0), three_time_scales(co, 40.0), 40.0).evidence;
 }
 
 TEST_CASE("play: PV that lags by backlash is explained by it, other PV is not") {
@@ -51,8 +27,8 @@ TEST_CASE("play: PV that lags by backlash is explained by it, other PV is not") 
   play.reset(0.0);
   Series behind;
   for (const double u : co) behind.push_back(play.step(u));
-  const PlayFit fit =
-      fit_play(three_scales(with_noise(behind, 0.03, 4), 40.0), three_scales(co, 40.0), 40.0);
+  const PlayFit fit = fit_play(three_time_scales(with_noise(behind, 0.03, 4), 40.0),
+                               three_time_scales(co, 40.0), 40.0);
   CHECK(fit.evidence > 0.5);
   CHECK(fit.band == Approx(1.0).epsilon(0.25));
   CHECK(play_of(with_noise(co, 0.03, 5), co) < 0.0);
@@ -269,17 +245,6 @@ TEST_CASE("phase and play name no valve on a level without other evidence") {
     CHECK(d.undecided);
     CHECK_FALSE(d.settle.empty());
   }
-}
-
-TEST_CASE("the kind of a loop is read from its tag") {
-  CHECK(kind_from_tag("FIC101") == LoopKind::flow);
-  CHECK(kind_from_tag("21-LC-105_a") == LoopKind::level);
-  CHECK(kind_from_tag("PDIC7") == LoopKind::pressure);
-  CHECK(kind_from_tag("unit3.TRCA_3") == LoopKind::temperature);
-  CHECK(kind_from_tag("CHEM1") == LoopKind::unknown);
-  CHECK(kind_from_tag("PLC4") == LoopKind::unknown);
-  CHECK(kind_from_tag("r22") == LoopKind::unknown);
-  CHECK(kind_from_tag("LIC5 to FIC6") == LoopKind::unknown);
 }
 
 Diagnosis window(DiagnosisVerdict verdict, double probability, Grade grade = Grade::none) {

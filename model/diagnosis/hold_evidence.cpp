@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "model/diagnosis/standing.hpp"
+#include "model/diagnosis/hold_evidence.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "model/diagnosis/series.hpp"
+#include "model/diagnosis/series_ops.hpp"
 #include "model/numeric/statistics.hpp"
 
 namespace loopwarden::diagnosis {
@@ -22,7 +22,7 @@ Series changes(std::span<const double> x, std::size_t lag) {
 
 }  // namespace
 
-double standing_evidence(std::span<const double> pv, std::span<const double> co, double period) {
+double hold_evidence(std::span<const double> pv, std::span<const double> co, double period) {
   const auto lag = std::max<std::size_t>(1, static_cast<std::size_t>(kPartOfPeriod * period + 0.5));
   if (pv.size() <= 2 * lag) return 0.0;
   const Series dy = changes(pv, lag);

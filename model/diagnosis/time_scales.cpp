@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "model/diagnosis/scales.hpp"
+#include "model/diagnosis/time_scales.hpp"
 
 #include <algorithm>
 
@@ -71,7 +71,7 @@ double movement_period(std::span<const double> co, std::span<const double> pv) {
   return std::clamp(period, std::min(4.0, longest), longest) * static_cast<double>(blocks);
 }
 
-Scales three_scales(std::span<const double> x, double period) {
+TimeScales three_time_scales(std::span<const double> x, double period) {
   const Series straight = detrended(x);
   const auto window = [period](double periods) {
     return std::max<std::size_t>(2, static_cast<std::size_t>(periods * period + 0.5));

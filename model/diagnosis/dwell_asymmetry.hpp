@@ -24,7 +24,7 @@
 
 namespace loopwarden::diagnosis {
 
-struct Dwell {
+struct DwellAsymmetry {
   std::size_t runs = 0;
   double output_concentration = 0.0;  // medians over the runs
   double behind_concentration = 0.0;
@@ -38,6 +38,7 @@ struct Dwell {
   double loop_area = 0.0;  // of the ellipse-like loop in the plane, per cycle, over 2 pi; signed
 };
 
-Dwell dwell(std::span<const double> output, std::span<const double> behind, double period);
+DwellAsymmetry find_dwell_asymmetry(std::span<const double> output, std::span<const double> behind,
+                                    double period);
 
 }  // namespace loopwarden::diagnosis

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Standing evidence: measures how often PV rests while CO moves.
+// Hold evidence (`standing` in reports): measures how often PV rests while CO moves.
 //
 //   du, dy     changes of CO and of PV over a fourteenth of a period
 //   moving     samples with |du| above half the deviation of du
@@ -19,7 +19,7 @@
 
 namespace loopwarden::diagnosis {
 
-// Returns the standing evidence of series of one length without slow movement; `period` in samples.
-double standing_evidence(std::span<const double> pv, std::span<const double> co, double period);
+// Returns the hold evidence of series of one length without slow movement; `period` in samples.
+double hold_evidence(std::span<const double> pv, std::span<const double> co, double period);
 
 }  // namespace loopwarden::diagnosis

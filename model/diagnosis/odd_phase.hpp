@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Phase evidence: measures whether the cross-correlation of CO and PV is odd (a valve) or even (no
+// Odd-phase evidence (`phase` in reports): measures whether the cross-correlation of CO and PV is
+// odd (a valve) or even (no
 // valve).
 //
 //   c(k) = sum PV(i + k) CO(i),  |k| <= P/2
 //   odd  = S (c(k) - c(-k))^2 / [S (c(k) - c(-k))^2 + S (c(k) + c(-k))^2]
-//   ph   = mean over three scales (scales.hpp) of log(odd / (1 - odd)),  odd within 0.01 to 0.99
+//   ph   = mean over three scales (time_scales.hpp) of log(odd / (1 - odd)); odd 0.01 to 0.99
 //
 // ph from -4.6 (CO and PV in step or in opposition) to +4.6 (a quarter period apart); above 0
 // indicates the valve. PV itself, not PV - SP: a set point that moves makes CO move, and a healthy
@@ -17,13 +18,13 @@
 // point, the phase is a quarter period without any stiction.
 #pragma once
 
-#include "model/diagnosis/scales.hpp"
+#include "model/diagnosis/time_scales.hpp"
 
 namespace loopwarden::diagnosis {
 
 // Returns the odd share, 0 to 1, of two series of one length about their means, `period` in
 // samples; 0 without movement.
 double odd_share(std::span<const double> pv, std::span<const double> co, double period);
-double phase_evidence(const Scales& pv, const Scales& co, double period);
+double odd_phase_evidence(const TimeScales& pv, const TimeScales& co, double period);
 
 }  // namespace loopwarden::diagnosis

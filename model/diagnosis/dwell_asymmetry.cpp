@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "model/diagnosis/dwell.hpp"
+#include "model/diagnosis/dwell_asymmetry.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <vector>
 
-#include "model/diagnosis/series.hpp"
+#include "model/diagnosis/series_ops.hpp"
 #include "model/diagnosis/reversals.hpp"
 #include "model/numeric/statistics.hpp"
 
@@ -29,8 +29,9 @@ int word(double change, double threshold) {
 
 }  // namespace
 
-Dwell dwell(std::span<const double> output, std::span<const double> behind, double period) {
-  Dwell d;
+DwellAsymmetry find_dwell_asymmetry(std::span<const double> output, std::span<const double> behind,
+                                    double period) {
+  DwellAsymmetry d;
   const auto smoothing = static_cast<std::size_t>(period / 40.0);
   const Series u = moving_mean(output, smoothing);
   const Series q = moving_mean(behind, smoothing);
