@@ -23,6 +23,7 @@
 #include "record/record_csv.hpp"
 #include "model/diagnosis/diagnosis.hpp"
 #include "model/diagnosis/features.hpp"
+#include "model/diagnosis/limits.hpp"
 #include "model/numeric/statistics.hpp"
 #include "workbench/command_line/command_line.hpp"
 #include "lab/diagnose_study/diagnosis_cases.hpp"
@@ -398,7 +399,7 @@ struct LoopFigures {
   diagnosis::ValveTerms numbers{};  // means over the windows
   double log_loss() const { return -std::log(sticky ? left_out : 1.0 - left_out); }
   bool left_out_found() const {
-    return left_out >= diagnosis::kDecidedFrom && left_out_effects > 0;
+    return left_out >= diagnosis::DiagnosisLimits::kDecidedFrom && left_out_effects > 0;
   }
   bool right() const {
     return (verdict.verdict == diagnosis::DiagnosisVerdict::valve_effect) == sticky;

@@ -50,27 +50,11 @@
 #include <cstdint>
 #include <string>
 
+#include "model/diagnosis/limits.hpp"
 #include "model/diagnosis/loop_type.hpp"
 #include "model/diagnosis/reversals.hpp"
 
 namespace loopwarden::diagnosis {
-
-inline constexpr double kHammersteinVotes = 0.1;  // A
-inline constexpr double kSeenLaterFrom = 0.15;    // A, if PV need not follow at once
-inline constexpr double kLikelyLaterFrom = 0.05;  // A, the same
-inline constexpr double kStandsFrom = 0.4;        // standing, for the grade seen
-inline constexpr double kRelatedFrom = 0.2;       // of PV's variance
-inline constexpr double kUnrelatedMost = 0.3;     // p
-inline constexpr double kBandFrom = 0.05;         // A
-inline constexpr double kInStep = -2.0;           // ph
-inline constexpr double kSurePlay = 0.2;          // pl
-inline constexpr double kSureHammerstein = 0.3;   // A
-inline constexpr double kNeverStands = 0.05;      // standing
-inline constexpr double kSeenFrom = 0.7;          // p
-inline constexpr double kDecidedFrom = 0.65;
-inline constexpr double kDecidedBelow = 0.35;
-inline constexpr double kLeastProbability = 0.1;
-inline constexpr double kMostProbability = 0.95;
 
 // The indicators of a record. Phase, play and A vote for a valve effect above their thresholds.
 struct ValveEvidence {
@@ -82,7 +66,8 @@ struct ValveEvidence {
   double relation = 1.0;     // share of PV's variance that a play explains, 0 to 1
   Reversals reversals{};
   int votes() const noexcept {
-    return (phase > 0.0 ? 1 : 0) + (play > 0.0 ? 1 : 0) + (hammerstein > kHammersteinVotes ? 1 : 0);
+    return (phase > 0.0 ? 1 : 0) + (play > 0.0 ? 1 : 0) +
+           (hammerstein > Limits::kHammersteinVotes ? 1 : 0);
   }
 };
 

@@ -36,10 +36,6 @@
 
 namespace loopwarden::diagnosis {
 
-inline constexpr std::size_t kLeastSamples = 100;
-inline constexpr double kSamplesPerPeriod = 40.0;
-inline constexpr double kWindowPeriods = 3.0;
-
 // Columns of one length, NaN where a sample is missing; `sp` may be empty.
 struct RoutineRecord {
   std::span<const double> pv;  // PV units
@@ -89,7 +85,6 @@ struct Prepared {
 
 Prepared prepare(const RoutineRecord& record);
 
-inline constexpr double kClampedShare = 1.0 / 3.0;  // of the samples with CO at its limits
 // Returns whether so many of the complete samples are limited that the loop is saturated.
 bool mostly_limited(std::size_t limited, std::size_t complete) noexcept;
 

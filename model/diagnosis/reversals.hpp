@@ -36,11 +36,6 @@
 
 namespace loopwarden::diagnosis {
 
-inline constexpr std::size_t kLeastReversals = 6;
-inline constexpr std::size_t kLeastForTime = 8;
-inline constexpr std::size_t kLeastForClockwork = 16;
-inline constexpr std::size_t kLeastFours = 4;
-
 enum class ReversalsBy : std::uint8_t { neither, travel, time, clockwork };
 const char* to_text(ReversalsBy by) noexcept;
 

@@ -3,10 +3,11 @@
 
 #include <algorithm>
 
+#include "model/diagnosis/limits.hpp"
+
 namespace loopwarden::diagnosis {
 namespace {
 
-constexpr double kPeakThatRepeats = 0.15;
 constexpr std::size_t kMostAcfSamples = 4000;  // longer records are averaged first
 
 double autocovariance(const Series& x, std::size_t lag) {
@@ -30,7 +31,7 @@ double movement_period_of(const Series& x, double power, double quadruple) {
   const auto from = static_cast<std::size_t>(std::max(1.0, 0.6 * quadruple));
   const std::size_t to =
       std::min(static_cast<std::size_t>(1.6 * quadruple), x.size() > 2 ? x.size() - 2 : 0);
-  double best = kPeakThatRepeats * power;
+  double best = Limits::kPeakThatRepeats * power;
   double period = quadruple;
   double before = autocovariance(x, from - 1);
   double here = autocovariance(x, from);

@@ -7,13 +7,13 @@
 //   n = CO - u; the law's integral moves by g n with g = h over the loop's answer, because its
 //   start
 //          is unknown
-//   S <- clamp(S + min(mean n^2/N^2 - limit, kMostInBlock), 0, 2 kAlarm)
+//   S <- clamp(S + min(mean n^2/N^2 - limit, kMostInBlock), 0, 2 kControllerAlarm)
 //          over blocks of half an answer
 //
 // N is the error that remained in the healthy record, at least twice a converter's rounding. The
-// limit is kLimit. The watch is on when S reaches kAlarm. It is off when S has been below a quarter
-// of kAlarm for kQuiet_s. Other gains, a filter, a dead band, other limits and another form all
-// move CO elsewhere.
+// limit is kLimit. The watch is on when S reaches kControllerAlarm. It is off when S has been below
+// kQuietShare of that for kQuiet_s. Other gains, a filter, a dead band, other limits and another
+// form all move CO elsewhere.
 //
 // The controller is watched only if the rms error of the healthy record's CO is within kWithin of
 // its resolutions (of 12 bits if it is finer). Otherwise why_not() returns the reason.
@@ -34,17 +34,12 @@
 
 #include "model/control/pid.hpp"
 #include "model/plant/loop_model.hpp"
+#include "model/watch/limits.hpp"
 
 namespace loopwarden::watch {
 
 class ControllerWatch {
  public:
-  static constexpr double kWithin = 2.0;
-  static constexpr double kLimit = 3.0;
-  static constexpr double kMostInBlock = 5.0;
-  static constexpr double kAlarm = 20.0;
-  static constexpr double kQuiet_s = 900.0;
-
   explicit ControllerWatch(const plant::LoopModel& twin);
 
   // Adds a cycle in automatic: the inputs of the controller, and its CO. No allocation.
@@ -58,7 +53,7 @@ class ControllerWatch {
   std::string why_not() const;
   bool on() const noexcept { return on_; }
   bool quiet() const noexcept { return sum_ == 0.0; }
-  double score() const noexcept { return sum_ / kAlarm; }
+  double score() const noexcept { return sum_ / Limits::kControllerAlarm; }
   double apart() const noexcept { return apart_; }  // n of the newest sample, CO units
   double size() const noexcept { return size_; }    // mean n^2/N^2 of the newest block
   double untested_s()

@@ -2,10 +2,10 @@
 // Routine evidence on a running loop: diagnose() judges the last minutes and hours. It needs no
 // model and no specialists, and detects a slow and wide dead band that no window of 96 s shows.
 //
-//   cycles -> kLevels of samples, each four times as long -> full: diagnose() -> logit -> CUSUM
+//   cycles -> levels of samples, each four times as long -> full: diagnose() -> logit -> CUSUM
 //          -> condition
 //
-//   S <- min(kMost, max(0, S + ln(p / (1 - p)) + w - kDrift))   once per full window of a level
+//   S <- min(kMostEvidence, max(0, S + ln(p / (1 - p)) + w - kDrift))   once per full window
 //   off -> on   S >= kRaise: more than one window must agree
 //   on  -> off  S <= kClear
 //
@@ -14,8 +14,8 @@
 // raised after two full windows, in two cases:
 //
 //   - The record shows a valve effect of grade seen.
-//   - The record shows likely stiction, and PV rests during more than diagnosis::kStandsFrom of
-//     CO's moves, and neither window contradicts it (p < 0.5).
+//   - The record shows likely stiction, and PV rests during more of CO's moves than the grade seen
+//     requires, and neither window contradicts it (p < 0.5).
 //
 // In both cases all of the record must be judged (CO is not at a limit), and the specialists must
 // not contradict it (w >= 0).
@@ -34,11 +34,11 @@
 // An effect that such a source hides gives no verdict (diagnosis/archive_rule.hpp), and S keeps its
 // value.
 //
-// Levels: samples of 1, 4, 16 and 64 s (a whole number of cycles, at least one), kSamples of each:
-// 12 minutes to 13 hours. Windows of one level share no sample, so their logits may be added. Time
-// in manual, with a PV that is not good, or without cycles is left out. If that is kLongestBreak
-// samples or more, the level's window begins again. In manual the valve may be under repair, so S
-// begins again too. An active condition stays until a window contradicts it.
+// Levels: samples of 1, 4, 16 and 64 s (a whole number of cycles, at least one), kRoutineSamples of
+// each: 12 minutes to 13 hours. Windows of one level share no sample, so their logits may be added.
+// Time in manual, with a PV that is not good, or without cycles is left out. If that is
+// kLongestBreak samples or more, the level's window begins again. In manual the valve may be under
+// repair, so S begins again too. An active condition stays until a window contradicts it.
 //
 // Memory: 72 kB per loop, held from the start. add() allocates only for a full window. Routine
 // evidence doesn't survive the program: after a restart the first window of each level must fill
@@ -61,6 +61,8 @@
 #include "model/diagnosis/archive_rule.hpp"
 #include "model/diagnosis/diagnosis.hpp"
 #include "model/alarm/loop_alarms.hpp"
+#include "model/diagnosis/limits.hpp"
+#include "model/watch/limits.hpp"
 #include "model/watch/window_builder.hpp"
 #include "model/alarm/window_judge.hpp"
 
@@ -68,19 +70,6 @@ namespace loopwarden::watch {
 
 class RoutineWatch {
  public:
-  static constexpr std::size_t kLevels = 4;
-  static constexpr std::array<double, kLevels> kSampleTimes{1.0, 4.0, 16.0, 64.0};  // s
-  static constexpr std::size_t kSamples = 750;
-  static constexpr std::size_t kLongestBreak = 4;      // samples
-  static constexpr double kDrift = 0.3;                // nats a window
-  static constexpr double kRaise = 3.0;                // nats
-  static constexpr double kClear = 0.5;                // nats
-  static constexpr double kMost = 6.0;                 // nats
-  static constexpr double kMostFromSpecialists = 1.5;  // nats
-  // Digital positioners state dead bands of 0.1 to 0.3 % of span. A smaller band is no reason for a
-  // repair.
-  static constexpr double kHealthyBand = 0.3;  // % of the CO span
-
   // The result of a window, or of two windows as one record.
   struct Judgement {
     double window_s = 0.0;  // the length of the judged samples
@@ -110,7 +99,7 @@ class RoutineWatch {
     alarm::AlarmKind fault = alarm::AlarmKind::stiction;  // if the verdict is a valve effect
     double severity_percent = 0.0;                        // % of the CO span, the same
   };
-  using Levels = std::array<Progress, kLevels>;
+  using Levels = std::array<Progress, Limits::kRoutineSampleTimes_s.size()>;
 
   // The samples of a judgement.
   struct Samples {
@@ -140,7 +129,7 @@ class RoutineWatch {
     std::size_t decimation = 1;  // cycles per sample
     double sample_time_s = 1.0;
     std::vector<float> sp, pv,
-        co;                   // 2 kSamples places: the window before, then the window in progress
+        co;  // 2 kRoutineSamples places: the window before, then the window in progress
     bool has_before = false;  // the window before is valid, without a break in between
     bool full =
         false;  // the second window was judged, and becomes the one before with the next sample

@@ -21,7 +21,7 @@
 // CO is in all of them, a step of the load only in the slow one. If PV jumps further than ten times
 // any change would take it, that is a load, and counting begins again.
 //
-// The watch is on when a z_i reaches the limit: kAlarm, or kSlack times the largest z of the
+// The watch is on when a z_i reaches the limit: kTwinAlarm, or kSlack times the largest z of the
 // healthy record. It is off when all have been below a quarter of the limit for kQuiet_s.
 //
 // If PV or CO is outside of the healthy record by d of its range, the twin is extrapolated. Its
@@ -52,6 +52,7 @@
 #include <vector>
 
 #include "model/plant/plant.hpp"
+#include "model/watch/limits.hpp"
 
 namespace loopwarden::watch {
 
@@ -63,16 +64,6 @@ const char* to_text(TwinChange change) noexcept;
 
 class TwinWatch {
  public:
-  static constexpr double kAlarm = 25.0;
-  static constexpr double kSlack = 1.5;
-  static constexpr double kQuiet_s = 900.0;
-  static constexpr double kOutside = 0.25;
-  static constexpr double kUnsure = 16.0;
-  static constexpr double kAgain = 2.0;
-  static constexpr double kShort = 3.0;
-  static constexpr double kLong_s = 1200.0;
-  static constexpr double kTested = 2.0;
-
   explicit TwinWatch(const plant::LoopModel& twin);
 
   // Adds a cycle of the loop: PV as read (NaN if it is not good) and the CO that followed from it.
@@ -85,7 +76,7 @@ class TwinWatch {
 
   bool on() const noexcept { return on_; }
   // Returns whether the twin shows no sign of a change.
-  bool quiet() const noexcept { return largest_ < kQuietShare * limit_; }
+  bool quiet() const noexcept { return largest_ < Limits::kQuietShare * limit_; }
   double largest() const noexcept { return largest_; }  // z of the leading change
   double limit() const noexcept { return limit_; }
   TwinChange leading() const noexcept { return leading_; }
@@ -109,7 +100,6 @@ class TwinWatch {
   Sample newest(TwinChange change) const noexcept;
 
  private:
-  static constexpr double kQuietShare = 0.25;
   static constexpr std::size_t kFilters = 3;
   static constexpr std::size_t kScales = 2;
   static constexpr std::size_t kSeries = kTwinChanges + 1;  // r, then y_i - y

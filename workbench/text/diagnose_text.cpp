@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <cmath>
 
+#include "model/diagnosis/limits.hpp"
 #include "workbench/text/import_json.hpp"
 
 namespace loopwarden::workbench {
@@ -74,7 +75,7 @@ std::string against(const Diagnosis& d) {
     oppose(d.evidence.play > 0.0, "a play explains PV better than a straight line",
            "a straight line explains PV as well as a play");
   }
-  oppose(d.evidence.hammerstein > diagnosis::kHammersteinVotes,
+  oppose(d.evidence.hammerstein > diagnosis::DiagnosisLimits::kHammersteinVotes,
          "a sticking valve foretells PV better step by step",
          "step by step a sticking valve foretells PV no better");
   return text;
@@ -133,9 +134,10 @@ nlohmann::json json_of(const Diagnosis& d, double probability, double span) {
         {"value", value}, {"threshold", threshold}, {"valve_effect", value > threshold}};
   };
   result["probability"] = probability;
-  result["votes"] = {{"phase", vote(d.evidence.phase, 0.0)},
-                     {"play", vote(d.evidence.play, 0.0)},
-                     {"hammerstein", vote(d.evidence.hammerstein, diagnosis::kHammersteinVotes)}};
+  result["votes"] = {
+      {"phase", vote(d.evidence.phase, 0.0)},
+      {"play", vote(d.evidence.play, 0.0)},
+      {"hammerstein", vote(d.evidence.hammerstein, diagnosis::DiagnosisLimits::kHammersteinVotes)}};
   result["standing"] = d.evidence.standing;
   const diagnosis::Reversals& reversals = d.evidence.reversals;
   result["turns"] = {{"by", to_text(reversals.by())},
@@ -182,7 +184,7 @@ std::string votes_line(const Diagnosis& d) {
   return fmt::format("votes: phase {:.2f} ({}), play {:.2f} ({}), Hammerstein {:.2f} ({}){}\n",
                      d.evidence.phase, vote(d.evidence.phase > 0.0), d.evidence.play,
                      vote(d.evidence.play > 0.0), d.evidence.hammerstein,
-                     vote(d.evidence.hammerstein > diagnosis::kHammersteinVotes),
+                     vote(d.evidence.hammerstein > diagnosis::DiagnosisLimits::kHammersteinVotes),
                      d.follows == Follows::at_once ? "" : "; only the last counts on such a loop") +
          fmt::format("PV stands during {:.0f} % of CO's moves; CO turns by {}\n",
                      100.0 * d.evidence.standing, to_text(d.evidence.reversals.by()));

@@ -29,9 +29,6 @@
 
 namespace loopwarden::specialist {
 
-inline constexpr double kWorthwhile = 0.05;
-inline constexpr std::size_t kSignaturesOfCondition = 25;
-
 enum class Role : std::uint8_t { training, validation, test };
 const char* to_text(Role role) noexcept;
 

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "model/diagnosis/diagnosis.hpp"
+#include "model/diagnosis/limits.hpp"
 #include "model/effects/backlash/backlash.hpp"
 #include "model/effects/stiction/stiction_choudhury.hpp"
 #include "tests/model/diagnosis/signals.hpp"
@@ -51,11 +52,11 @@ TEST_CASE(
   const SmallLoop::Run sticky = loop.run(
       1200, [&](double u) { return valve.step(u); }, [](double) { return 1.3; });
   const Hammerstein found = fit_hammerstein(sticky.pv, sticky.co);
-  CHECK(found.evidence > kHammersteinVotes);
+  CHECK(found.evidence > DiagnosisLimits::kHammersteinVotes);
   CHECK(found.band == Approx(5.0).epsilon(0.4));
   const SmallLoop::Run cycling = loop.run(
       1200, [](double u) { return u; }, [](double t) { return 4.0 * sine(t / 25.0); });
-  CHECK(fit_hammerstein(cycling.pv, cycling.co).evidence < kHammersteinVotes);
+  CHECK(fit_hammerstein(cycling.pv, cycling.co).evidence < DiagnosisLimits::kHammersteinVotes);
 }
 
 TEST_CASE("Hammerstein: CO that only echoes PV through the controller proves no effect") {
@@ -68,7 +69,7 @@ TEST_CASE("Hammerstein: CO that only echoes PV through the controller proves no 
     pv.push_back(x = 0.95 * x + random.normal());
     co.push_back(-pv.back());
   }
-  CHECK(fit_hammerstein(pv, co).evidence < kHammersteinVotes);
+  CHECK(fit_hammerstein(pv, co).evidence < DiagnosisLimits::kHammersteinVotes);
   CHECK(diagnose({.pv = pv, .co = co, .sp = {}}).verdict != DiagnosisVerdict::valve_effect);
 }
 
@@ -81,7 +82,7 @@ TEST_CASE("Hammerstein: one step does not hide the sticking in the other samples
       1200, [&](double u) { return valve.step(u); },
       [](double t) { return t < 400.0 ? 1.3 : -5.0; });
   const Hammerstein found = fit_hammerstein(stepped.pv, stepped.co);
-  CHECK(found.evidence > kHammersteinVotes);
+  CHECK(found.evidence > DiagnosisLimits::kHammersteinVotes);
   CHECK(found.parts_for >= 0.75);
   CHECK(found.band == Approx(5.0).epsilon(0.5));
 }
@@ -107,7 +108,7 @@ TEST_CASE("Hammerstein: a gain that would be unstable under this controller does
   const SmallLoop::Run sticky = loop.run(
       1200, [&](double u) { return valve.step(u); }, [](double) { return 1.3; });
   const double right = fit_hammerstein(sticky.pv, sticky.co, 1.0).evidence;
-  CHECK(right > kHammersteinVotes);
+  CHECK(right > DiagnosisLimits::kHammersteinVotes);
   CHECK(fit_hammerstein(sticky.pv, sticky.co, -1.0).evidence < 0.5 * right);
 }
 
@@ -165,7 +166,7 @@ TEST_CASE("PV that does not depend on CO has no information about the valve") {
   const ValveDecision d = decide(noise, Follows::at_once);
   CHECK(d.grade == Grade::none);
   CHECK_FALSE(d.undecided);
-  CHECK(d.probability <= kUnrelatedMost);
+  CHECK(d.probability <= DiagnosisLimits::kUnrelatedMost);
 }
 
 TEST_CASE("a band that play and prediction show counts even if set points carry PV along") {
@@ -181,19 +182,19 @@ TEST_CASE("a band that play and prediction show counts even if set points carry 
 TEST_CASE("without a band PV that lags CO is no sticking valve") {
   const ValveEvidence random_load{
       .phase = 4.0, .play = 0.0, .hammerstein = 0.05, .standing = 0.6, .reversals = kByTravel};
-  CHECK(decide(random_load, Follows::at_once).probability <= kDecidedBelow);
+  CHECK(decide(random_load, Follows::at_once).probability <= DiagnosisLimits::kDecidedBelow);
   ValveEvidence banded = random_load;
   banded.play = 0.3;
-  CHECK(decide(banded, Follows::at_once).probability > kDecidedBelow);
+  CHECK(decide(banded, Follows::at_once).probability > DiagnosisLimits::kDecidedBelow);
 }
 
 TEST_CASE("PV in step with CO that no stick band predicts is no sticking valve") {
   // A fast loop in a log with held values: play seems to explain them.
   const ValveEvidence held{.phase = -4.0, .play = 0.8, .hammerstein = 0.1, .standing = 0.9};
-  CHECK(decide(held, Follows::at_once).probability <= kDecidedBelow);
+  CHECK(decide(held, Follows::at_once).probability <= DiagnosisLimits::kDecidedBelow);
   ValveEvidence later = held;
   later.phase = -1.9;
-  CHECK(decide(later, Follows::at_once).probability > kDecidedBelow);
+  CHECK(decide(later, Follows::at_once).probability > DiagnosisLimits::kDecidedBelow);
 }
 
 TEST_CASE("the decision rises with every indicator and stays within its bounds") {
@@ -209,9 +210,9 @@ TEST_CASE("the decision rises with every indicator and stays within its bounds")
   CHECK(more([](ValveEvidence& e) { e.standing = 0.6; }) > p);
   CHECK(more([](ValveEvidence& e) { e.hammerstein = 0.2; }) > p);
   CHECK(decide({.phase = 4.6, .play = 1.0, .hammerstein = 0.5, .standing = 0.9}, Follows::at_once)
-            .probability == kMostProbability);
+            .probability == DiagnosisLimits::kMostProbability);
   CHECK(decide({.phase = -4.6, .play = -1.0, .hammerstein = -0.1}, Follows::at_once).probability ==
-        kLeastProbability);
+        DiagnosisLimits::kLeastProbability);
 }
 
 TEST_CASE("a level is accused only if it cycles and PV is constant while CO moves") {
