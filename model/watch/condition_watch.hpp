@@ -30,7 +30,6 @@
 // No errors. Unknown values stay NaN.
 // Limits: it can't separate backlash from lag (a stem that follows with backlash at constant speed
 // looks late by backlash/speed); see a lag while the stem rests.
-// play/speed); see a lag while the stem rests.
 #pragma once
 
 #include <cstddef>

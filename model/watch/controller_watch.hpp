@@ -1,31 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // Detects whether the controller has changed since the loop was commissioned. The twin's controller
-// runs in parallel, from the measured SP and PV to CO. Stepped by the caller.
-//
-//   u(k)   CO of the twin's law (control/pid.hpp) from SP, PV and the measured CO before, within
-//          the output's range
-//   n = CO - u; the law's integral moves by g n with g = h over the loop's answer, because its
-//   start
-//          is unknown
-//   S <- clamp(S + min(mean n^2/N^2 - limit, kMostInBlock), 0, 2 kControllerAlarm)
-//          over blocks of half an answer
-//
-// N is the error that remained in the healthy record, at least twice a converter's rounding. The
-// limit is kLimit. The watch is on when S reaches kControllerAlarm. It is off when S has been below
-// kQuietShare of that for kQuiet_s. Other gains, a filter, a dead band, other limits and another
-// form all move CO elsewhere.
+// runs in parallel, from the measured SP and PV to CO. Stepped by the caller. Equations:
+// docs/math/twin-watch.md.
 //
 // The controller is watched only if the rms error of the healthy record's CO is within kWithin of
-// its resolutions (of 12 bits if it is finer). Otherwise why_not() returns the reason.
-//
-//   n, N  CO units     S  1
-//
-// No errors.
+// its resolutions (of 12 bits if it is finer). Otherwise why_not() returns the reason. No errors.
 // Limits: it can't name the change; see another integral action while SP - PV is 0; follow a
 // controller whose output has other inputs (feed-forward, tracking, override, a compensator). Such
 // a controller is not watched.
-//
-// Source: Page, Biometrika 41 (1954) 100-115 (cumulative sum).
 #pragma once
 
 #include <cstddef>
