@@ -148,10 +148,6 @@ class CorrectiveAction {
   bool acting() const noexcept { return acts(state_); }
   // Returns whether planned moves act. Windows then show the moves and not the valve.
   bool calms() const noexcept { return planned() && acting(); }
-  // Returns whether planned moves are engaged, in shadow or acting.
-  bool moves_run() const noexcept {
-    return planned() && (acting() || state_ == CorrectiveState::in_shadow);
-  }
 
  private:
   struct Errors {

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Constants that decide alarms, incidents and corrective action. The limits of PV are settings
-// (limit_watch.hpp), and so is the rule that counts windows (verdict_rule.hpp).
-// Source: chosen by hand, unless a line or a section names another. No study measures these.
-// `loopwarden-study alarm` measures kAlarmRule of verdict_rule.hpp.
+// (limit_watch.hpp). Source: chosen by hand, unless a line or a section names another.
+// `loopwarden-study alarm` measures the windows for an alarm. No study measures the others.
 #pragma once
 
 #include <cstddef>
@@ -35,6 +34,15 @@ struct AlarmLimits {
   static constexpr double kStickSeen_percent = 1.0;  // of the CO span
   static constexpr std::int64_t kJoin_ms = 40LL * 60 * 1000;
   static constexpr std::int64_t kQuiet_ms = 30LL * 60 * 1000;
+
+  // Windows for an alarm: N of M (EEMUA 191, chapter 8; the numbers are own). A valve that sticks
+  // looks healthy while the loop doesn't cross the stick band, so a repair needs more windows.
+  static constexpr std::size_t kWindows = 5;          // M
+  static constexpr std::size_t kWindowsOn = 3;        // N
+  static constexpr std::size_t kWindowsOff = 1;       // of kWindowsToClear, to clear
+  static constexpr std::size_t kWindowsToClear = 15;  // twelve minutes
+  static constexpr double kProbabilityOn = 0.5;
+  static constexpr double kProbabilityOff = 0.3;
 
   // Measures of a window.
   static constexpr double kResolution_percent = 0.2;  // of the CO span: least move

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Constants that decide the analyses of a record.
 // Source: chosen by hand on the records of examples/ and on simulated loops, unless a line or a
-// section names another. `loopwarden-study identify` measures those of excitation, identification
-// and sticking cycle. No study measures the others. Search grids and numerical accuracy stand in
-// the sources.
+// section names another. `loopwarden-study identify` measures the law, identification and sticking
+// cycle, and lab/bench/archive_study.py the archive. No study measures the others. Search grids and
+// numerical accuracy are in the sources.
 #pragma once
 
 #include <array>

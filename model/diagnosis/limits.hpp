@@ -2,7 +2,7 @@
 // Constants that decide the diagnosis of routine records.
 // Source: chosen by hand on simulated loops and on the records of examples/, unless a line or a
 // section names another. `loopwarden-study diagnose` measures their effect, and
-// `loopwarden-study plant --score` that of groups and neighbours. The search grids stand in the
+// `loopwarden-study plant --score` that of groups and neighbours. The search grids are in the
 // fits. The weights (decision_weights.hpp) and the trees (classifier.table) are trained.
 #pragma once
 

@@ -227,7 +227,7 @@ Grown grow(const std::vector<Signature>& signatures, Condition condition, const 
       grown.chosen = grown.sizes.size();
     }
     grown.sizes.push_back(std::move(best));
-    if (!worthwhile && !settings.all_sizes) break;
+    if (!worthwhile) break;
   }
   const Network& chosen = grown.sizes[grown.chosen].learned.network;
   grown.specialist.network = reduce ? on_columns(chosen, components) : chosen;

@@ -18,6 +18,8 @@ struct TrainLimits {
   static constexpr double kFirstMoment = 0.9;     // of Adam (Kingma and Ba 2015)
   static constexpr double kSecondMoment = 0.999;  // the same
   static constexpr int kMostTries = 20;           // draws of a window
+  static constexpr double kFirstMu = 1e-3;        // damping (Levenberg and Marquardt)
+  static constexpr double kLargestMu = 1e10;      // then training ends
 };
 
 }  // namespace loopwarden::specialist
