@@ -6,6 +6,8 @@
 #include <optional>
 #include <string>
 
+#include "model/alarm/limits.hpp"
+
 namespace loopwarden::config {
 namespace {
 
@@ -37,7 +39,7 @@ class Reader {
     if (context_.watched) normal = alarm::NormalMode::any;
     process(AlarmKind::enable_open).fitted = context_.has_enable;
     process(AlarmKind::source_lost).fitted = context_.watched;
-    process(AlarmKind::deviation).on_delay_s = alarm::kDeviationDelay_s;
+    process(AlarmKind::deviation).on_delay_s = alarm::AlarmLimits::kDeviationDelay_s;
     process(AlarmKind::pv_high_high).on_delay_s = kFarDelay_s;
     process(AlarmKind::pv_low_low).on_delay_s = kFarDelay_s;
     if (!in) return alarms_;

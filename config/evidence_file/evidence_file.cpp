@@ -18,6 +18,7 @@
 #include "base/digest/digest.hpp"
 #include "base/file.hpp"
 #include "model/alarm/alarm_guide.hpp"
+#include "model/watch/limits.hpp"
 #include "record/record_csv.hpp"
 
 namespace loopwarden::evidence {
@@ -366,7 +367,7 @@ Evidence read_evidence(const fs::path& folder) {
   try {
     record::Record record = record::read_record(folder / "record.csv");
     const std::size_t samples =
-        evidence.routine ? watch::RoutineWatch::kSamples : alarm::kWindowSamples;
+        evidence.routine ? watch::WatchLimits::kRoutineSamples : alarm::kWindowSamples;
     // A record of routine evidence may also have two windows.
     const bool fits =
         record.size() == samples || (evidence.routine && record.size() == 2 * samples);

@@ -11,6 +11,8 @@
 #include "config/loop_model_writer.hpp"
 #include "daemon/journal/incident_text.hpp"
 #include "daemon/loops/loop_health.hpp"
+#include "model/control/planned_moves_limits.hpp"
+#include "model/watch/limits.hpp"
 
 namespace loopwarden::daemon::console {
 
@@ -60,8 +62,9 @@ std::string says(const control::MovesState& moves) {
     case Phase::watching:
       line += moves.waits ? ": engages when PV is to settle near the set point"
                           : fmt::format(": the loop without it, {} of {} to {} cycles",
-                                        moves.cycles_watched, control::kLeastCyclesWatched,
-                                        control::kMostCyclesWatched);
+                                        moves.cycles_watched,
+                                        control::PlannedMovesLimits::kLeastCyclesWatched,
+                                        control::PlannedMovesLimits::kMostCyclesWatched);
       break;
     case Phase::probing: line += ": does the stem follow?"; break;
     case Phase::resting:
@@ -287,7 +290,7 @@ std::vector<protocol::RoutineLevel> routine_of(const supervision::AlarmSnapshot&
     protocol::RoutineLevel& level = levels.emplace_back();
     level.window_s = one.window_s;
     level.windows = one.windows;
-    level.evidence = one.sum / watch::RoutineWatch::kRaise;
+    level.evidence = one.sum / watch::WatchLimits::kRaise;
     level.next_in_s = one.window_s - one.filled_s;
     if (one.windows == 0) continue;
     const bool effect = one.verdict == diagnosis::DiagnosisVerdict::valve_effect;

@@ -8,6 +8,7 @@
 #include <limits>
 #include <map>
 
+#include "model/watch/limits.hpp"
 #include "model/watch/loop_monitor.hpp"
 #include "record/record_csv.hpp"
 #include "lab/program/labels.hpp"
@@ -93,7 +94,7 @@ void print_loops(const nlohmann::json& loops) {
       "Alarms of routine evidence on recorded loops, CO span 0 to 100. A window is {} samples; "
       "more "
       "than one must agree.\n\n",
-      watch::RoutineWatch::kSamples);
+      watch::WatchLimits::kRoutineSamples);
   fmt::print("{:<10} {:<7} {:>7} {:>8} {:>8} {:>9}  {}\n", "loop", "sticky", "hours", "windows",
              "sum", "raised h", "alarm");
   std::size_t right = 0;

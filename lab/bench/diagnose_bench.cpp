@@ -5,6 +5,7 @@
 
 #include "lab/bench/plant1.hpp"
 #include "model/diagnosis/diagnosis.hpp"
+#include "model/watch/limits.hpp"
 #include "model/watch/routine_watch.hpp"
 #include "model/plant/simulated_loop.hpp"
 
@@ -73,7 +74,7 @@ void routine_evidence(benchmark::State& state) {
                                .co = sample.co,
                                .automatic = true,
                                .pv_good = true};
-      if (period % watch::RoutineWatch::kSamples != 0) {
+      if (period % watch::WatchLimits::kRoutineSamples != 0) {
         judged = watch.add(cycle);
         continue;
       }

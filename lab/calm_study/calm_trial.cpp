@@ -70,8 +70,8 @@ class Trial {
     const auto holds = static_cast<double>(set_points - trial_.unmeasured);
     analysis::LoopMetrics& m = result_.settled;
     m.rms_error = std::sqrt(m.rms_error / holds);
-    for (double* mean : {&m.mean_error, &m.mean_abs_error, &m.travel_per_hour,
-                         &m.reversals_per_hour, &result_.pv_swing, &result_.co_swing}) {
+    for (double* mean : {&m.mean_error, &m.travel_per_hour, &m.reversals_per_hour,
+                         &result_.pv_swing, &result_.co_swing}) {
       *mean /= holds;
     }
     if (cycling_holds_ > 0) m.period_s /= cycling_holds_;
@@ -95,7 +95,6 @@ class Trial {
     analysis::LoopMetrics& sum = result_.settled;
     sum.rms_error += now.rms_error * now.rms_error;
     sum.mean_error += now.mean_error;
-    sum.mean_abs_error += now.mean_abs_error;
     if (now.period_s > 0.0) {
       sum.period_s += now.period_s;
       ++cycling_holds_;

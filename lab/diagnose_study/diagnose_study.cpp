@@ -23,6 +23,7 @@
 #include "record/record_csv.hpp"
 #include "model/diagnosis/diagnosis.hpp"
 #include "model/diagnosis/features.hpp"
+#include "model/diagnosis/limits.hpp"
 #include "model/numeric/statistics.hpp"
 #include "workbench/command_line/command_line.hpp"
 #include "lab/diagnose_study/diagnosis_cases.hpp"
@@ -109,9 +110,9 @@ std::vector<Judged> judge_cases(const StudyOptions& options, std::uint64_t seed,
         j.mover = c.mover;
         j.size = c.size;
         j.labelled.cause = c.cause;
-        const auto kind = diagnosis::loop_kind(c.kind).value_or(diagnosis::LoopKind::unknown);
+        const auto kind = diagnosis::loop_type(c.kind).value_or(diagnosis::LoopType::unknown);
         j.diagnosis = diagnosis::diagnose(
-            view_of(c), options.unknown_kind ? diagnosis::LoopKind::unknown : kind);
+            view_of(c), options.unknown_kind ? diagnosis::LoopType::unknown : kind);
         const diagnosis::Gate gate = j.diagnosis.prepared.gate;
         if (options.compare_too && j.diagnosis.judged()) {
           j.labelled.features = diagnosis::find_features(j.diagnosis.prepared).features;
@@ -398,7 +399,7 @@ struct LoopFigures {
   diagnosis::ValveTerms numbers{};  // means over the windows
   double log_loss() const { return -std::log(sticky ? left_out : 1.0 - left_out); }
   bool left_out_found() const {
-    return left_out >= diagnosis::kDecidedFrom && left_out_effects > 0;
+    return left_out >= diagnosis::DiagnosisLimits::kDecidedFrom && left_out_effects > 0;
   }
   bool right() const {
     return (verdict.verdict == diagnosis::DiagnosisVerdict::valve_effect) == sticky;

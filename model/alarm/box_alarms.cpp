@@ -63,7 +63,7 @@ bool BoxAlarms::found(const BoxFindings& findings, std::int64_t monotonic_ms,
       continue;
     }
     if (!condition.other_since_ms) condition.other_since_ms = monotonic_ms;
-    const std::int64_t delay_ms = *now ? on_delay_ms(kind) : kBoxOffDelay_ms;
+    const std::int64_t delay_ms = *now ? on_delay_ms(kind) : Limits::kOffDelay_ms;
     if (monotonic_ms - *condition.other_since_ms < delay_ms) continue;
     condition = {*now, std::nullopt};
     *now ? alarm.condition_on(utc_ms, 0.0) : alarm.condition_off(utc_ms);

@@ -11,21 +11,18 @@ namespace {
 
 void measure_error(std::span<const double> sp, std::span<const double> pv, LoopMetrics& m) {
   double sum = 0.0;
-  double sum_abs = 0.0;
   double sum_squares = 0.0;
   std::size_t count = 0;
   for (std::size_t k = 0; k < pv.size(); ++k) {
     const double e = sp[k] - pv[k];
     if (!std::isfinite(e)) continue;
     sum += e;
-    sum_abs += std::abs(e);
     sum_squares += e * e;
     ++count;
   }
   if (count == 0) return;
   const auto n = static_cast<double>(count);
   m.mean_error = sum / n;
-  m.mean_abs_error = sum_abs / n;
   m.rms_error = std::sqrt(sum_squares / n);
 }
 

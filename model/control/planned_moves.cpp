@@ -125,7 +125,7 @@ void PlannedMoves::watch() noexcept {
   if (cycles_.add_error(loop_.error(), margin, stem().travel)) loop_.reset_travel();
   cycles_.add_square(loop_.error(), watch_.settled());
   const double cycles = cycles_.cycles();
-  if (pending_.engage || pending_.resume || cycles < kLeastCyclesWatched || loop_.lost() ||
+  if (pending_.engage || pending_.resume || cycles < Limits::kLeastCyclesWatched || loop_.lost() ||
       !cycles_.cycle_has_just_ended()) {
     return;
   }
@@ -133,7 +133,7 @@ void PlannedMoves::watch() noexcept {
   const double j = loop_.friction().j();
   const bool shows_slips = cycles_.travel() > Limits::kVisibleTravel * j * cycles;
   if (loop_.seen() && !shows_slips && settings_.j > 2.0 * loop_.read_back().zone()) return;
-  if (cycles < kMostCyclesWatched &&
+  if (cycles < Limits::kMostCyclesWatched &&
       cycles_.standard_error() > Limits::kBaselineError * cycles_.mean_square()) {
     return;
   }

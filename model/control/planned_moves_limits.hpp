@@ -21,6 +21,8 @@ struct PlannedMovesLimits {
   // The loop without planned moves.
   static constexpr double kBaselineError = 0.15;  // standard error of v0, relative
   static constexpr double kVisibleTravel = 0.3;   // of j per cycle: the read-back shows slips
+  static constexpr int kLeastCyclesWatched = 3;   // before planned moves engage
+  static constexpr int kMostCyclesWatched = 10;   // the same
 
   // Probe.
   static constexpr double kProbe = 0.35;             // of s

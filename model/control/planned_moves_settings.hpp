@@ -57,10 +57,6 @@ constexpr const char* to_text(DisengageReason reason) noexcept {
                "the stem is read to move after its move was given up"});
 }
 
-// Cycles of the loop without planned moves that are watched before they engage.
-inline constexpr int kLeastCyclesWatched = 3;
-inline constexpr int kMostCyclesWatched = 10;
-
 // State of planned moves, with the reason for the last disengagement.
 struct MovesState {
   MovePhase phase = MovePhase::watching;

@@ -6,6 +6,7 @@
 #include <limits>
 #include <vector>
 
+#include "model/diagnosis/limits.hpp"
 #include "model/numeric/statistics.hpp"
 
 namespace loopwarden::diagnosis {
@@ -51,8 +52,8 @@ bool hidden(DiagnosisVerdict verdict, Cause cause, double size, double sees_from
       verdict == DiagnosisVerdict::healthy ||
       (verdict == DiagnosisVerdict::other_cause &&
        (cause == Cause::tuning || cause == Cause::disturbance || cause == Cause::none));
-  return looked && (sees_from_co > kHideAllPercent / 100.0 * co_span ||
-                    sees_from_co > kHideShareOfMoves * co_moves);
+  return looked && (sees_from_co > Limits::kHideAllPercent / 100.0 * co_span ||
+                    sees_from_co > Limits::kHideShareOfMoves * co_moves);
 }
 
 void mind_archive(Diagnosis& d, const Archived& archived, double sees_from_co, double co_span) {

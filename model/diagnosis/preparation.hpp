@@ -10,8 +10,8 @@
 //     moving mean of kWindowPeriods periods, upsets are cut back to 2.5 times the range from 5 to
 //     95 %, and both signals are scaled to a standard deviation of 1.
 //
-// The valve indicators (phase.hpp, play_fit.hpp, hammerstein.hpp) use `raw_pv` and `raw_co` without
-// these changes.
+// The valve indicators (odd_phase.hpp, play_fit.hpp, hammerstein.hpp) use `raw_pv` and `raw_co`
+// without these changes.
 //
 // Gates, each with its reason: too few samples, CO does not move (manual), and these, which name a
 // cause directly:
@@ -32,13 +32,9 @@
 #include <string>
 
 #include "model/diagnosis/oscillation.hpp"
-#include "model/diagnosis/series.hpp"
+#include "model/diagnosis/series_ops.hpp"
 
 namespace loopwarden::diagnosis {
-
-inline constexpr std::size_t kLeastSamples = 100;
-inline constexpr double kSamplesPerPeriod = 40.0;
-inline constexpr double kWindowPeriods = 3.0;
 
 // Columns of one length, NaN where a sample is missing; `sp` may be empty.
 struct RoutineRecord {
@@ -89,7 +85,6 @@ struct Prepared {
 
 Prepared prepare(const RoutineRecord& record);
 
-inline constexpr double kClampedShare = 1.0 / 3.0;  // of the samples with CO at its limits
 // Returns whether so many of the complete samples are limited that the loop is saturated.
 bool mostly_limited(std::size_t limited, std::size_t complete) noexcept;
 

@@ -5,14 +5,12 @@
 #include <cmath>
 #include <limits>
 
+#include "model/diagnosis/limits.hpp"
 #include "model/numeric/statistics.hpp"
 #include "model/diagnosis/variability.hpp"
 
 namespace loopwarden::diagnosis {
 namespace {
-
-constexpr double kAtLimit = 0.001;         // of the CO span
-constexpr std::size_t kMostDeadTime = 60;  // largest dead time
 
 bool known(double v) noexcept { return std::isfinite(v); }
 
@@ -85,7 +83,7 @@ WindowFindings judge_window(const LoopSamples& s) {
   std::size_t automatic = 0;
   std::size_t complete = 0;
   std::size_t at_limit = 0;
-  const double near = kAtLimit * (s.co_high - s.co_low);
+  const double near = Limits::kNearEnd * (s.co_high - s.co_low);
   for (std::size_t k = 0; k < n; ++k) {
     if (known(pv[k]) && known(co[k])) {
       ++complete;
@@ -109,7 +107,7 @@ WindowFindings judge_window(const LoopSamples& s) {
   window.noise = signal_noise(pv);
   error_of(s, hours, window);
   travel_of(co, hours, window);
-  const std::size_t dead_time = dead_time_samples(co, pv, kMostDeadTime);
+  const std::size_t dead_time = dead_time_samples(co, pv, Limits::kMostDeadTime);
   window.dead_time_s = static_cast<double>(dead_time) * s.sample_time_s;
   std::vector<double> error = pv;
   for (std::size_t k = 0; k < n && !s.sp.empty(); ++k) error[k] -= s.sp[k];

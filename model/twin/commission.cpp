@@ -21,6 +21,7 @@
 #include "model/numeric/statistics.hpp"
 #include "model/numeric/text.hpp"
 #include "model/watch/controller_watch.hpp"
+#include "model/watch/limits.hpp"
 #include "model/watch/load_watch.hpp"
 #include "model/watch/twin_watch.hpp"
 #include "model/numeric/enum_name.hpp"
@@ -440,7 +441,7 @@ class Commissioner {
     fit.co_high = seen.co_high;
     watch::TwinWatch watch(twin);
     watch::LoadWatch load(twin);
-    const auto minute = static_cast<std::size_t>(watch::LoadWatch::kMinutes_s / record_.period_s);
+    const auto minute = static_cast<std::size_t>(watch::WatchLimits::kMinutes_s / record_.period_s);
     std::vector<double> loads;  // means over a minute
     plant::SeenLoad seen_load;
     std::size_t counted = 0;

@@ -26,8 +26,6 @@
 namespace loopwarden::watch {
 
 // In samples, that is cycles times decimation: 0.4 s of 96 s, and 1 % of a window.
-inline constexpr std::size_t kLongestBridge = 4;
-inline constexpr std::size_t kMostBridged = 9;
 
 // One cycle of a loop, as input of the monitor.
 struct Cycle {

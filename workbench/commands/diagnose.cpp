@@ -28,7 +28,7 @@
 namespace loopwarden::workbench {
 namespace {
 
-using diagnosis::LoopKind;
+using diagnosis::LoopType;
 
 struct DiagnoseOptions {
   RecordInput input;
@@ -69,7 +69,7 @@ std::vector<Stretch> judged_stretches(const record::Record& r) {
   return stretches;
 }
 
-void diagnose_record(const std::string& path, record::Imported& imported, LoopKind kind,
+void diagnose_record(const std::string& path, record::Imported& imported, LoopType kind,
                      DiagnosedLoop& loop) {
   record::Record& r = imported.record;
   const std::size_t by_hand = leave_out_manual(r);
@@ -92,9 +92,9 @@ void diagnose_record(const std::string& path, record::Imported& imported, LoopKi
   loop.imports.push_back(std::move(imported.notes));
 }
 
-LoopKind kind_of(const DiagnoseOptions& options, const record::Imported& imported) {
-  return options.kind.empty() ? diagnosis::kind_from_tag(imported.notes.tag)
-                              : *diagnosis::loop_kind(options.kind);
+LoopType loop_type_of(const DiagnoseOptions& options, const record::Imported& imported) {
+  return options.kind.empty() ? diagnosis::loop_type_from_tag(imported.notes.tag)
+                              : *diagnosis::loop_type(options.kind);
 }
 
 // Reads the other loops in the neighbours' exports and judges their valves.
@@ -111,7 +111,7 @@ std::vector<TimedLoop> read_neighbours(const DiagnoseOptions& options, const std
     record::Imported imported = importer.read_one(k);
     TimedLoop timed = timed_loop(imported.record, imported.notes, kSamplesCompared);
     DiagnosedLoop judged{.windows = {}, .verdict = {}, .co_range = likely_co_range(imported)};
-    diagnose_record(found.tag, imported, kind_of(options, imported), judged);
+    diagnose_record(found.tag, imported, loop_type_of(options, imported), judged);
     judge_together(judged);
     timed.tag = found.tag;
     timed.valve_effect = judged.verdict.verdict == diagnosis::DiagnosisVerdict::valve_effect;
@@ -171,7 +171,7 @@ void diagnose_recorded(const DiagnoseOptions& options, DiagnosedLoop& loop) {
     record::Imported imported = RecordInput().read(scratch.stage(one.path));
     imported.notes.tag = tag;
     diagnose_record(std::filesystem::path(one.path).filename(), imported,
-                    kind_of(options, imported), loop);
+                    loop_type_of(options, imported), loop);
   }
 }
 
@@ -196,7 +196,7 @@ int run_diagnose(const DiagnoseOptions& options) {
     }
     if (!options.neighbours.empty())
       compared.push_back(timed_loop(imported.record, imported.notes, kSamplesCompared));
-    diagnose_record(path, imported, kind_of(options, imported), loop);
+    diagnose_record(path, imported, loop_type_of(options, imported), loop);
   }
   judge_together(loop);
   if (!options.neighbours.empty()) name_pushing(options, std::move(compared), loop);

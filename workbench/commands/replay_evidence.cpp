@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "workbench/command_line/frame.hpp"
+#include "model/watch/limits.hpp"
 #include "workbench/commands/replay_evidence.hpp"
 
 #include <fmt/chrono.h>
@@ -128,7 +129,7 @@ void print_routine(const Evidence& e, const Judgement& now) {
   fmt::print(
       "\nevidence in nats: {:.2f} from earlier windows (their samples are not stored here), "
       "{:+.2f} from the specialists, {:.2f} in total with this window; alarm threshold {:g}\n",
-      then.sum_before, then.from_specialists, then.sum, watch::RoutineWatch::kRaise);
+      then.sum_before, then.from_specialists, then.sum, watch::WatchLimits::kRaise);
 }
 
 bool same(const Judgement& a, const Judgement& b) {

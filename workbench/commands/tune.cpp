@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "model/analysis/rule_trial.hpp"
+#include "model/analysis/limits.hpp"
 #include "workbench/command_line/frame.hpp"
 #include "workbench/report/chart.hpp"
 #include "workbench/files/model_file.hpp"
@@ -98,14 +99,14 @@ void print_text(const plant::LoopModel& model, const std::vector<RuleTrial>& row
     fmt::print(
         "Recommended: {} (lowest disturbance IAE of the rules that scale with the gain, with Ms at "
         "most {:g})\n  kp: {:.5g}\n  ki: {:.5g}\n",
-        best->name(), analysis::kMostSensitivity, best->gains.kp, best->gains.ki);
+        best->name(), analysis::AnalysisLimits::kMostSensitivity, best->gains.kp, best->gains.ki);
     if (best->gains.kd > 0.0) {
       fmt::print("  kd: {:.5g}\n  derivative_filter: {:.4g}\n", best->gains.kd,
                  best->gains.derivative_filter_s);
     }
   } else {
     fmt::print("No rule has enough margin (Ms at most {:g}) on this process.\n",
-               analysis::kMostSensitivity);
+               analysis::AnalysisLimits::kMostSensitivity);
   }
 }
 

@@ -51,7 +51,7 @@ std::vector<Stretch> stretches_of(const record::Record& r) {
   return stretches;
 }
 
-DiagnosedWindow judge_stretch(const record::Record& r, Stretch stretch, diagnosis::LoopKind kind,
+DiagnosedWindow judge_stretch(const record::Record& r, Stretch stretch, diagnosis::LoopType kind,
                               const std::vector<double>& co_range,
                               const diagnosis::Archived& archived) {
   const std::span<const double> pv = part_of(true, r.pv, stretch);

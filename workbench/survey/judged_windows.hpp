@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "model/diagnosis/archive_rule.hpp"
-#include "model/diagnosis/kind.hpp"
+#include "model/diagnosis/loop_type.hpp"
 #include "record/record_csv.hpp"
 #include "workbench/text/diagnose_text.hpp"
 
@@ -29,7 +29,7 @@ inline std::span<const double> part_of(bool has, const std::vector<double>& colu
 }
 
 // Judges one stretch separately. `r`: without its samples in manual.
-DiagnosedWindow judge_stretch(const record::Record& r, Stretch stretch, diagnosis::LoopKind kind,
+DiagnosedWindow judge_stretch(const record::Record& r, Stretch stretch, diagnosis::LoopType kind,
                               const std::vector<double>& co_range,
                               const diagnosis::Archived& archived);
 

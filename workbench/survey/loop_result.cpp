@@ -196,7 +196,7 @@ WindowFindings findings_of(const record::Record& r, Stretch cut,
 }
 
 // Judges the loop's stretches and returns them.
-std::vector<Stretch> judge_stretches(const record::Imported& imported, diagnosis::LoopKind kind,
+std::vector<Stretch> judge_stretches(const record::Imported& imported, diagnosis::LoopType kind,
                                      DiagnosedLoop& loop) {
   const record::ImportNotes& notes = imported.notes;
   record::Record in_automatic = imported.record;
@@ -275,8 +275,8 @@ json judge_loop(record::Imported imported, const SurveySettings& settings) {
   json moves = moves_json(imported.record, imported.notes);
   draw_for_judging(imported);
   const std::string& told = settings.kind.empty() ? imported.notes.kind : settings.kind;
-  const diagnosis::LoopKind kind =
-      told.empty() ? diagnosis::kind_from_tag(imported.notes.tag) : *diagnosis::loop_kind(told);
+  const diagnosis::LoopType kind = told.empty() ? diagnosis::loop_type_from_tag(imported.notes.tag)
+                                                : *diagnosis::loop_type(told);
   const std::vector<Stretch> stretches = judge_stretches(imported, kind, loop);
   const std::vector<Stretch> cuts = cuts_of(imported.record, settings.window_s);
   const std::vector<SurveyWindow> windows = judged_windows(imported.record, stretches, cuts, loop);

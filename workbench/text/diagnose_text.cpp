@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <cmath>
 
+#include "model/diagnosis/limits.hpp"
 #include "workbench/text/import_json.hpp"
 
 namespace loopwarden::workbench {
@@ -72,7 +73,7 @@ std::string against(const Diagnosis& d) {
     oppose(d.evidence.play > 0.0, "backlash explains PV better than a straight line",
            "a straight line explains PV as well as backlash");
   }
-  oppose(d.evidence.hammerstein > diagnosis::kHammersteinVotes,
+  oppose(d.evidence.hammerstein > diagnosis::DiagnosisLimits::kHammersteinVotes,
          "a sticking valve predicts PV better step by step",
          "a sticking valve does not predict PV better step by step");
   return text;
@@ -120,7 +121,7 @@ nlohmann::json json_of(const Diagnosis& d, double probability, double span) {
       {"settle", open ? or_null(d.settle) : nullptr},
       {"oscillating", d.oscillating},
       {"period_s", d.oscillating ? nlohmann::json(d.period_s) : nullptr},
-      {"kind", to_text(d.kind)},
+      {"kind", to_text(d.loop_type)},
       {"evidence", because(d)},
       {"against", or_null(against(d))},
       {"probability", nullptr},
@@ -131,9 +132,10 @@ nlohmann::json json_of(const Diagnosis& d, double probability, double span) {
         {"value", value}, {"threshold", threshold}, {"valve_effect", value > threshold}};
   };
   result["probability"] = probability;
-  result["votes"] = {{"phase", vote(d.evidence.phase, 0.0)},
-                     {"play", vote(d.evidence.play, 0.0)},
-                     {"hammerstein", vote(d.evidence.hammerstein, diagnosis::kHammersteinVotes)}};
+  result["votes"] = {
+      {"phase", vote(d.evidence.phase, 0.0)},
+      {"play", vote(d.evidence.play, 0.0)},
+      {"hammerstein", vote(d.evidence.hammerstein, diagnosis::DiagnosisLimits::kHammersteinVotes)}};
   result["standing"] = d.evidence.standing;
   const diagnosis::Reversals& reversals = d.evidence.reversals;
   result["turns"] = {{"by", to_text(reversals.by())},
@@ -181,7 +183,7 @@ std::string votes_line(const Diagnosis& d) {
              "votes: phase {:.2f} ({}), backlash {:.2f} ({}), Hammerstein {:.2f} ({}){}\n",
              d.evidence.phase, vote(d.evidence.phase > 0.0), d.evidence.play,
              vote(d.evidence.play > 0.0), d.evidence.hammerstein,
-             vote(d.evidence.hammerstein > diagnosis::kHammersteinVotes),
+             vote(d.evidence.hammerstein > diagnosis::DiagnosisLimits::kHammersteinVotes),
              d.follows == Follows::at_once ? "" : "; only the last vote counts on such a loop") +
          fmt::format("PV rests during {:.0f} % of CO's moves; CO reverses after {}\n",
                      100.0 * d.evidence.standing, to_text(d.evidence.reversals.by()));
@@ -328,7 +330,7 @@ std::string diagnosis_text(const DiagnosedLoop& loop) {
   }
   if (!d.judged()) return text;
   text += votes_line(d);
-  text += fmt::format("kind of loop: {}\n", to_text(d.kind));
+  text += fmt::format("kind of loop: {}\n", to_text(d.loop_type));
   text += d.oscillating ? fmt::format("oscillates with a period of {:.4g} s\n", d.period_s)
                         : std::string("does not oscillate\n");
   text += fmt::format("{} samples used, {:.0f} periods\n", d.prepared.used, d.prepared.cycles);

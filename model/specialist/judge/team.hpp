@@ -34,15 +34,6 @@
 
 namespace loopwarden::specialist {
 
-inline constexpr double kFault = 0.95;
-inline constexpr double kNamed = 0.75;
-inline constexpr double kNoFault = 0.8;
-inline constexpr double kUnknown = 0.8;
-inline constexpr double kMisfitQuantile = 0.995;
-inline constexpr double kMostShut = 0.3;  // share of a window with CO at an end of its range
-// CO whose blocks are within this many standard deviations of the noise has no movement.
-inline constexpr double kLeastMovement = 6.0;
-
 struct TeamMember {
   std::string name{};  // P1S16x
   Condition condition = Condition::no_fault;

@@ -29,9 +29,6 @@
 
 namespace loopwarden::specialist {
 
-inline constexpr double kWorthwhile = 0.05;
-inline constexpr std::size_t kSignaturesOfCondition = 25;
-
 enum class Role : std::uint8_t { training, validation, test };
 const char* to_text(Role role) noexcept;
 
@@ -59,7 +56,6 @@ Signature simulate_signature(const plant::LoopModel& model, Condition condition,
 struct GrowingSettings {
   std::uint64_t seed = 1;
   std::vector<std::size_t> sizes{10, 20, 31};
-  bool all_sizes = false;  // train every size, for a table like 8.1
   std::size_t restarts = 1;
   std::size_t components = kSide;  // 1 to 31
   LearningSettings learning;

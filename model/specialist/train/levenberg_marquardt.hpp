@@ -35,8 +35,6 @@ struct LearningSettings {
   double goal = 1e-10;  // mean square error, scaled
   double least_gradient = 1e-10;
   std::size_t most_failures = 6;  // of validation, in a row
-  double first_mu = 1e-3;
-  double largest_mu = 1e10;
 };
 
 // Inputs and desired outputs, one column per case.

@@ -10,6 +10,7 @@
 #include "base/clock.hpp"
 #include "config/loop_model_reader.hpp"
 #include "daemon/protocol/ask.hpp"
+#include "model/analysis/limits.hpp"
 #include "services/page/api/body.hpp"
 #include "services/page/api/handlers.hpp"
 #include "services/page/api/tags.hpp"
@@ -78,7 +79,7 @@ json answers_json(const tuning::Proposal& proposal) {
   }
   return {{"rules", std::move(rules)},
           {"recommended", proposal.recommended ? json(*proposal.recommended) : json()},
-          {"most_sensitivity", analysis::kMostSensitivity},
+          {"most_sensitivity", analysis::AnalysisLimits::kMostSensitivity},
           {"t", std::move(time)},
           {"sp", curve(first.sp, every)},
           {"load_s",

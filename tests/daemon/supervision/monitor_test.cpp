@@ -11,8 +11,10 @@
 
 #include "daemon/journal/incident_text.hpp"
 #include "hal/contract/sample.hpp"
+#include "model/alarm/limits.hpp"
 #include "model/control/loop_controller.hpp"
 #include "model/effects/stiction/stiction_karnopp.hpp"
+#include "model/watch/limits.hpp"
 #include "record/evidence/evidence.hpp"
 #include "tests/model/diagnosis/signals.hpp"
 #include "tests/support/temporary_folder.hpp"
@@ -202,7 +204,7 @@ TEST_CASE("an alarm of routine evidence is raised once, with the samples of that
   effects::StictionKarnopp valve({.s = 4.0, .j = 3.0}, 0.5);
   valve.reset(50.0);
   const auto run = tests::SmallLoop{.gain = 0.3, .integral_time = 2.0}.run(
-      3 * watch::RoutineWatch::kSamples, [&](double u) { return valve.step(u); },
+      3 * watch::WatchLimits::kRoutineSamples, [&](double u) { return valve.step(u); },
       tests::wandering_load(1.3));
   Bench bench;
   // Samples of 2 s, and no specialists.
@@ -234,13 +236,13 @@ TEST_CASE("an alarm of routine evidence is raised once, with the samples of that
   CHECK(e.alarm == AlarmKind::stiction);
   REQUIRE(e.routine);
   CHECK(e.routine->verdict == diagnosis::DiagnosisVerdict::valve_effect);
-  CHECK(e.routine->sum >= watch::RoutineWatch::kRaise);
+  CHECK(e.routine->sum >= watch::WatchLimits::kRaise);
   CHECK(e.routine->severity_percent == Approx(100.0 * 4.0 / 80.0).epsilon(0.5));
   CHECK(e.sample_time_s == 2.0);
   CHECK(e.pv_low == -50.0);
   CHECK(e.co_high == 80.0);
   // The first two full windows of samples of one cycle.
-  const std::size_t both = 2 * watch::RoutineWatch::kSamples;
+  const std::size_t both = 2 * watch::WatchLimits::kRoutineSamples;
   REQUIRE(e.pv.size() == both);
   CHECK(e.pv.front() == Approx(run.pv.front()).epsilon(1e-6));
   CHECK(e.co.back() == Approx(run.co[both - 1]).epsilon(1e-6));
@@ -430,7 +432,7 @@ TEST_CASE(
     why = WindowState::bad_pv;
   }
   SECTION("a gap") {
-    bench.next[0] += watch::kLongestBridge;
+    bench.next[0] += watch::WatchLimits::kLongestBridge;
     broken.period_index = bench.next[0]++;
     why = WindowState::gap;
   }
@@ -606,11 +608,11 @@ TEST_CASE(
     CHECK(incident(board).open());
   }
 
-  bench.now_ms += alarm::kQuiet_ms + alarm::kJoin_ms;
+  bench.now_ms += alarm::AlarmLimits::kQuiet_ms + alarm::AlarmLimits::kJoin_ms;
   bench.board->of(0).twin_judged({});
   bench.board->of(0).pass_time();
   CHECK(incident(*bench.board).open());
-  bench.now_ms += alarm::kQuiet_ms;
+  bench.now_ms += alarm::AlarmLimits::kQuiet_ms;
   bench.board->of(0).pass_time();
   CHECK_FALSE(incident(*bench.board).open());
 }
@@ -669,7 +671,7 @@ TEST_CASE("corrective action: journalled with the loop's answer, and given up if
   };
   const auto corrective = [&] { return bench.board->snapshot(0).corrective; };
   bench.judges[0]->says = fault(AlarmKind::stiction, 6.0);
-  bench.run((2 + alarm::kBaseline) * kWindow);
+  bench.run((2 + alarm::AlarmLimits::kBaseline) * kWindow);
   REQUIRE(corrective() == alarm::CorrectiveState::trying);
   rt::CommandMailbox& box = bench.box;
   rt::Command order;
@@ -686,7 +688,7 @@ TEST_CASE("corrective action: journalled with the loop's answer, and given up if
               "jacket on: waiting > trying: refused: the loop has no jacket configured",
               "corrective action: trying > given up: done"});
     CHECK_FALSE(box.commands.try_pop(order));
-    bench.run(2 * alarm::kBaseline * kWindow);
+    bench.run(2 * alarm::AlarmLimits::kBaseline * kWindow);
     CHECK_FALSE(box.commands.try_pop(order));  // not again for this alarm
   }
   SECTION("done") {
@@ -710,7 +712,7 @@ TEST_CASE("corrective action: journalled with the loop's answer, and given up if
     CHECK(written() == std::vector<std::string>{"jacket on: waiting > trying: done",
                                                 "jacket back to shadow: trying > waiting: done"});
     // The valve still sticks: once more, from a new baseline.
-    bench.run((alarm::kBaseline - 1) * kWindow);
+    bench.run((alarm::AlarmLimits::kBaseline - 1) * kWindow);
     CHECK_FALSE(box.commands.try_pop(order));
     bench.run(kWindow);
     REQUIRE(box.commands.try_pop(order));

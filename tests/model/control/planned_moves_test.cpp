@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "model/control/loop_controller.hpp"
+#include "model/control/planned_moves_limits.hpp"
 #include "model/numeric/random.hpp"
 #include "model/plant/plant.hpp"
 
@@ -627,8 +628,8 @@ TEST_CASE("the cycles that are still to be watched are shown", "[control][planne
     most = std::max(most, cycles);
     bench.step();
   }
-  CHECK(most >= kLeastCyclesWatched);
-  CHECK(most <= kMostCyclesWatched);
+  CHECK(most >= PlannedMovesLimits::kLeastCyclesWatched);
+  CHECK(most <= PlannedMovesLimits::kMostCyclesWatched);
 }
 
 TEST_CASE("units and direction of action change only the numbers of the answer",

@@ -66,7 +66,7 @@ TEST_CASE("steps of the set point do not hide the valve's behaviour between them
               [&](double k) { return 50.0 + 15.0 * step(k) + 6.0 * triangle(k / 61.0 + 0.5); }),
       0.05, 2);
   const auto phase = [&](std::span<const double> set_point) {
-    return diagnose({.pv = pv, .co = co, .sp = set_point, .sample_time_s = 1.0}, LoopKind::flow)
+    return diagnose({.pv = pv, .co = co, .sp = set_point, .sample_time_s = 1.0}, LoopType::flow)
         .evidence.phase;
   };
   CHECK(phase(sp) > 1.0);
@@ -74,7 +74,7 @@ TEST_CASE("steps of the set point do not hide the valve's behaviour between them
   // A hold in which CO hardly moves has no information, so the steps themselves are examined.
   const Series still =
       with_noise(made_of(4800, [&](double k) { return 50.0 + 15.0 * step(k); }), 0.05, 2);
-  CHECK(diagnose({.pv = sp, .co = still, .sp = sp, .sample_time_s = 1.0}, LoopKind::flow)
+  CHECK(diagnose({.pv = sp, .co = still, .sp = sp, .sample_time_s = 1.0}, LoopType::flow)
             .evidence.phase < -2.0);
 }
 
@@ -179,7 +179,7 @@ TEST_CASE("a healthy flow valve whose set point moves is healthy, a sticking one
       co.push_back(integral + 0.2 * error);
       x += 0.6 * ((sticky ? valve.step(co.back()) : co.back()) - x);
     }
-    const Diagnosis d = diagnose({.pv = pv, .co = co, .sp = sp}, LoopKind::flow);
+    const Diagnosis d = diagnose({.pv = pv, .co = co, .sp = sp}, LoopType::flow);
     CHECK((d.verdict == DiagnosisVerdict::valve_effect) == sticky);
   }
 }
@@ -199,7 +199,7 @@ TEST_CASE("a level whose set point moves is no valve effect, with its kind given
     co.push_back(integral + 5.0 * error);
     level += 0.004 * (co.back() - 30.0);
   }
-  for (const LoopKind kind : {LoopKind::level, LoopKind::unknown}) {
+  for (const LoopType kind : {LoopType::level, LoopType::unknown}) {
     const Diagnosis d = diagnose({.pv = pv, .co = co, .sp = sp}, kind);
     CHECK(d.follows == Follows::by_integration);
     CHECK(d.verdict != DiagnosisVerdict::valve_effect);

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests the cause of the reversals of CO, the hold evidence of PV, and the effect of a limit on
-// both.
+// Tests the cause of the reversals of CO, and the effect of a limit.
 #include "model/diagnosis/reversals.hpp"
 
 #include <algorithm>
@@ -10,7 +9,6 @@
 #include <vector>
 
 #include "model/diagnosis/preparation.hpp"
-#include "model/diagnosis/standing.hpp"
 #include "model/numeric/random.hpp"
 #include "tests/model/diagnosis/signals.hpp"
 
@@ -110,14 +108,6 @@ TEST_CASE("a valve whose moves up and down take different times still reverses b
   CHECK(find_reversals(zigzag(
                            40, [] { return 4.0; }, slow_up))
             .by() == ReversalsBy::travel);
-}
-
-TEST_CASE("PV is constant after a valve that sticks, and moves with a valve that follows") {
-  const Series co = made_of(800, [](double k) { return triangle(k / 40.0); });
-  const Series jumping = made_of(800, [](double k) { return square(k / 40.0); });
-  CHECK(standing_evidence(jumping, co, 40.0) > 0.7);
-  CHECK(standing_evidence(co, co, 40.0) < 0.1);
-  CHECK(standing_evidence(Series(4, 1.0), Series(4, 1.0), 40.0) == 0.0);
 }
 
 // 1200 samples; PV follows CO slowly.

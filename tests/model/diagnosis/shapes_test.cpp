@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Oscillation, waveform, correlation and dwelling on signals of known shape.
+// Oscillation, waveform and correlation on signals of known shape.
 #include <catch2/catch.hpp>
 
 #include "model/diagnosis/correlation.hpp"
-#include "model/diagnosis/dwell.hpp"
 #include "model/diagnosis/oscillation.hpp"
 #include "model/diagnosis/waveform.hpp"
 #include "tests/model/diagnosis/signals.hpp"
@@ -99,17 +98,6 @@ TEST_CASE("the controller between error and output is seen: action and share of 
   const ControllerFit i = fit_controller(error, integral, kPeriod);
   CHECK(i.action == -1.0);
   CHECK(i.integral_share > 0.9);
-}
-
-TEST_CASE("a PV that dwells and jumps while CO ramps is distinguished from one that follows CO") {
-  const Series co = cycle(triangle);
-  const Dwell sticking = dwell(co, cycle(square, 0.1), kPeriod);
-  const Dwell following = dwell(co, cycle(triangle, -0.1), kPeriod);
-  CHECK(sticking.behind_concentration > 0.6);
-  CHECK(following.behind_concentration < 0.3);
-  CHECK(sticking.output_concentration < 0.2);
-  CHECK(sticking.sticky_words > 2.0 * following.sticky_words);
-  CHECK(sticking.heavy_tails > following.heavy_tails + 0.5);
 }
 
 }  // namespace

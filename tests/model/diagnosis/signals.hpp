@@ -10,7 +10,7 @@
 #include <numbers>
 #include <vector>
 
-#include "model/diagnosis/series.hpp"
+#include "model/diagnosis/series_ops.hpp"
 #include "model/numeric/random.hpp"
 
 namespace loopwarden::tests {

@@ -7,6 +7,8 @@
 #include <utility>
 #include <vector>
 
+#include "model/watch/limits.hpp"
+
 namespace window_builder_test {
 
 using namespace loopwarden;
@@ -127,7 +129,7 @@ TEST_CASE("never across a gap, a mode or a bad PV", "[monitor][window]") {
     reason = alarm::WindowState::gap;
   }
   SECTION("missing cycles, one more than can be bridged") {
-    next += kLongestBridge + 1;
+    next += WatchLimits::kLongestBridge + 1;
     bad.period_index = next;
     reason = alarm::WindowState::gap;
   }
@@ -149,7 +151,7 @@ TEST_CASE("never across a gap, a mode or a bad PV", "[monitor][window]") {
 TEST_CASE("late cycles are bridged, counted, and limited per window", "[monitor][window]") {
   const std::size_t decimation = GENERATE(std::size_t{1}, std::size_t{3});
   WindowBuilder builder({.overlap = 0.0, .decimation = decimation, .sample_time_s = 0.1});
-  const auto longest = static_cast<std::uint64_t>(kLongestBridge * decimation);
+  const auto longest = static_cast<std::uint64_t>(WatchLimits::kLongestBridge * decimation);
   std::uint64_t next = 0;
   const auto skip = [&](std::uint64_t missing) {
     next += 50 * decimation;
@@ -167,7 +169,7 @@ TEST_CASE("late cycles are bridged, counted, and limited per window", "[monitor]
     while (builder.add(cycle(at)) != Progress::full) ++at;
     const Window w = builder.window();
     CHECK(at == kWindowSamples * decimation - 1);  // as if no cycle were missing
-    CHECK(w.bridged_cycles == kMostBridged * decimation);
+    CHECK(w.bridged_cycles == WatchLimits::kMostBridged * decimation);
     // A straight rise is bridged by a straight line; SP and CO are held meanwhile.
     bool on_the_line = true;
     bool co_behind = false;

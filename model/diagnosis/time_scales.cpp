@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "model/diagnosis/scales.hpp"
+#include "model/diagnosis/time_scales.hpp"
 
 #include <algorithm>
+
+#include "model/diagnosis/limits.hpp"
 
 namespace loopwarden::diagnosis {
 namespace {
 
-constexpr double kPeakThatRepeats = 0.15;
 constexpr std::size_t kMostAcfSamples = 4000;  // longer records are averaged first
 
 double autocovariance(const Series& x, std::size_t lag) {
@@ -30,7 +31,7 @@ double movement_period_of(const Series& x, double power, double quadruple) {
   const auto from = static_cast<std::size_t>(std::max(1.0, 0.6 * quadruple));
   const std::size_t to =
       std::min(static_cast<std::size_t>(1.6 * quadruple), x.size() > 2 ? x.size() - 2 : 0);
-  double best = kPeakThatRepeats * power;
+  double best = Limits::kPeakThatRepeats * power;
   double period = quadruple;
   double before = autocovariance(x, from - 1);
   double here = autocovariance(x, from);
@@ -71,7 +72,7 @@ double movement_period(std::span<const double> co, std::span<const double> pv) {
   return std::clamp(period, std::min(4.0, longest), longest) * static_cast<double>(blocks);
 }
 
-Scales three_scales(std::span<const double> x, double period) {
+TimeScales three_time_scales(std::span<const double> x, double period) {
   const Series straight = detrended(x);
   const auto window = [period](double periods) {
     return std::max<std::size_t>(2, static_cast<std::size_t>(periods * period + 0.5));

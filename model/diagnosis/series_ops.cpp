@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "model/diagnosis/series.hpp"
+#include "model/diagnosis/series_ops.hpp"
 
 #include <algorithm>
 #include <array>

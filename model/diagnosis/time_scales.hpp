@@ -15,14 +15,14 @@
 #include <cstddef>
 #include <span>
 
-#include "model/diagnosis/series.hpp"
+#include "model/diagnosis/series_ops.hpp"
 
 namespace loopwarden::diagnosis {
 
 // Returns P in samples, 4 to half the record.
 double movement_period(std::span<const double> co, std::span<const double> pv);
 
-using Scales = std::array<Series, 3>;
-Scales three_scales(std::span<const double> x, double period);
+using TimeScales = std::array<Series, 3>;
+TimeScales three_time_scales(std::span<const double> x, double period);
 
 }  // namespace loopwarden::diagnosis

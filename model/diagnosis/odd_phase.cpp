@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "model/diagnosis/phase.hpp"
+#include "model/diagnosis/odd_phase.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -28,7 +28,7 @@ double odd_share(std::span<const double> pv, std::span<const double> co, double 
   return odd + even > 0.0 ? odd / (odd + even) : 0.0;
 }
 
-double phase_evidence(const Scales& pv, const Scales& co, double period) {
+double odd_phase_evidence(const TimeScales& pv, const TimeScales& co, double period) {
   double sum = 0.0;
   for (std::size_t i = 0; i < pv.size(); ++i) {
     const double odd = std::clamp(odd_share(pv[i], co[i], period), 0.01, 0.99);

@@ -1,21 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "model/diagnosis/dwell.hpp"
+#include "model/diagnosis/dwell_asymmetry.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <vector>
 
-#include "model/diagnosis/series.hpp"
+#include "model/diagnosis/limits.hpp"
+#include "model/diagnosis/series_ops.hpp"
 #include "model/diagnosis/reversals.hpp"
 #include "model/numeric/statistics.hpp"
 
 namespace loopwarden::diagnosis {
 namespace {
-
-constexpr double kTurnDepth = 0.6;      // of the standard deviation of CO
-constexpr double kSteadyBelow = 0.5;    // of the standard deviation of the changes
-constexpr double kPartOfRun = 1.0 / 7;  // in which a jump must fit
 
 double scatter(const Series& x) {
   const double middle = numeric::median(x);
@@ -29,12 +26,13 @@ int word(double change, double threshold) {
 
 }  // namespace
 
-Dwell dwell(std::span<const double> output, std::span<const double> behind, double period) {
-  Dwell d;
+DwellAsymmetry find_dwell_asymmetry(std::span<const double> output, std::span<const double> behind,
+                                    double period) {
+  DwellAsymmetry d;
   const auto smoothing = static_cast<std::size_t>(period / 40.0);
   const Series u = moving_mean(output, smoothing);
   const Series q = moving_mean(behind, smoothing);
-  const auto reversals = turning_points(u, kTurnDepth * numeric::deviation(u));
+  const auto reversals = turning_points(u, Limits::kDwellReversalDepth * numeric::deviation(u));
   Series by_output;
   Series by_behind;
   Series lateness;
@@ -46,7 +44,7 @@ Dwell dwell(std::span<const double> output, std::span<const double> behind, doub
     durations.push_back(static_cast<double>(length));
     if (length < 4) continue;
     const auto part = std::max<std::size_t>(
-        1, static_cast<std::size_t>(kPartOfRun * static_cast<double>(length)));
+        1, static_cast<std::size_t>(Limits::kPartOfRun * static_cast<double>(length)));
     // The answer is late, so the run of `behind` is shifted by up to a quarter of its length.
     const std::size_t end = std::min(q.size() - 1, reversals[i + 1] + length / 4);
     double output_step = 0.0;
@@ -87,8 +85,8 @@ Dwell dwell(std::span<const double> output, std::span<const double> behind, doub
     moved_u.push_back(u[k] - u[k - lag]);
     moved_q.push_back(q[k] - q[k - lag]);
   }
-  const double threshold_u = kSteadyBelow * numeric::deviation(moved_u);
-  const double threshold_q = kSteadyBelow * numeric::deviation(moved_q);
+  const double threshold_u = Limits::kSteadyWord * numeric::deviation(moved_u);
+  const double threshold_q = Limits::kSteadyWord * numeric::deviation(moved_q);
   double moving = 0.0;
   double sticky = 0.0;
   double pairs = 0.0;
