@@ -43,7 +43,7 @@ void add_segment(const fs::path& folder, std::uint64_t sequence, std::uint64_t r
     row.co = 40.0;
     row.stem = std::nan("");
     row.calculated = 0.1F;
-    row.mode = 2;
+    row.mode = loopwarden::control::Mode::fallback;
     bytes.resize(bytes.size() + kSegmentRowBytes);
     encode(row, i, header.crc, std::span(bytes).last(kSegmentRowBytes));
   }

@@ -16,7 +16,7 @@ constexpr double kLongest_s = 4.0 * 86'400.0;
 constexpr double kMostRows = 2e6;
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
-constexpr std::int16_t kAutomatic = 1;  // control::Mode
+constexpr auto kAutomatic = static_cast<std::int16_t>(control::Mode::automatic);
 
 // Returns the rows between which the set point reached its final value.
 std::optional<history::Stretch> last_move(const history::Curves& curves, double least) {
@@ -48,7 +48,7 @@ class Thinner {
     sp_.add(row.sp);
     pv_.add(row.pv);
     co_.add(row.co);
-    mode_.add(row.mode == kAutomatic ? 1.0 : 0.0);
+    mode_.add(row.mode == control::Mode::automatic ? 1.0 : 0.0);
   }
   void flush() {
     record_.sp.push_back(sp_.take());

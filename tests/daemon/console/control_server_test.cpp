@@ -363,7 +363,7 @@ TEST_CASE("the status shows a PV at the end of its transmitter's range") {
          .sp = 5.0,
          .pv = 5.0,
          .flags = record::kAtHigh,  // CO's end is not PV's
-         .pv_limit = static_cast<std::uint8_t>(at)});
+         .pv_limit = at});
     record::RecordRow row;
     REQUIRE(test::eventually(
         [&] { return bench.historian.latest(0, row) && row.period_index == period; }));

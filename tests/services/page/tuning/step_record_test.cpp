@@ -62,7 +62,7 @@ TEST_CASE("a record without a step has no newest step") {
   SECTION("a set point that never moved") { bench.run({{0.0, 30.0}}, 2000.0); }
   SECTION("a move too small") { bench.run({{0.0, 30.0}, {500.0, 30.9}}, 2000.0); }
   SECTION("in manual, if SP may follow PV") {
-    bench.run({{0.0, 30.0}, {500.0, 40.0}}, 2000.0, {.mode = 0});
+    bench.run({{0.0, 30.0}, {500.0, 40.0}}, 2000.0, {.mode = control::Mode::manual});
   }
   SECTION("over a restart") {
     bench.run({{0.0, 30.0}}, 500.0);
