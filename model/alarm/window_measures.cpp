@@ -67,7 +67,7 @@ WindowMeasures measure(const Window& window, double resolution_percent) {
                                     [](double v) { return std::isfinite(v); });
 
   const analysis::LoopMetrics metrics = analysis::loop_metrics(
-      window.sp, window.pv, has_stem ? window.stem : window.co, window.sample_time_s, resolution);
+      window.sp, window.pv, has_stem ? window.stem : window.co, window.period_s, resolution);
   m.mean_error_percent = 100.0 * metrics.mean_error / pv_span;
   m.variability_percent =
       100.0 *
@@ -88,7 +88,7 @@ WindowMeasures measure(const Window& window, double resolution_percent) {
 
   const diagnosis::Oscillation oscillation = diagnosis::find_oscillation(window.pv);
   m.oscillation_index = oscillation.regularity;
-  if (oscillation.regularity > 1.0) m.period_s = oscillation.period * window.sample_time_s;
+  if (oscillation.regularity > 1.0) m.period_s = oscillation.period * window.period_s;
   measure_stick(window, resolution, has_stem, m);
   return m;
 }

@@ -203,7 +203,7 @@ const char* to_text(DiagnosisVerdict verdict) noexcept {
       verdict, {"valve_effect", "other_cause", "healthy", "not_enough_data", "cant_tell"});
 }
 
-Diagnosis diagnose(const RoutineRecord& record, LoopKind kind) {
+Diagnosis diagnose(const numeric::LoopView& record, LoopKind kind) {
   Diagnosis d;
   d.kind = kind;
   d.prepared = prepare(record);

@@ -81,7 +81,7 @@ struct Diagnosis {
   }
 };
 
-Diagnosis diagnose(const RoutineRecord& record, LoopKind kind = LoopKind::unknown);
+Diagnosis diagnose(const numeric::LoopView& record, LoopKind kind = LoopKind::unknown);
 
 // Returns the time scale in samples: the cycle if one stands out, otherwise the movement. A window
 // of fifteen of them can be judged.

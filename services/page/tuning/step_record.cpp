@@ -54,7 +54,7 @@ class Thinner {
     record_.sp.push_back(sp_.take());
     record_.pv.push_back(pv_.take());
     record_.co.push_back(co_.take());
-    record_.mode.push_back(std::round(mode_.take()));
+    record_.automatic.push_back(std::round(mode_.take()));
     ++place_;
   }
 
@@ -121,7 +121,7 @@ std::optional<StepRecord> newest_step(history::History& history,
   const double rows = static_cast<double>(record.to_ms - record.from_ms) / wish.ms_per_s / h;
   const auto every = static_cast<std::uint64_t>(
       std::max(1.0, std::ceil(rows / static_cast<double>(kMostSamples))));
-  record.sample_time_s = h * static_cast<double>(every);
+  record.period_s = h * static_cast<double>(every);
   std::optional<Thinner> thinner;
   history::RowReader reader(folder, {record.from_ms, record.to_ms});
   std::optional<std::uint64_t> run;
@@ -136,7 +136,7 @@ std::optional<StepRecord> newest_step(history::History& history,
         record.sp.clear();
         record.pv.clear();
         record.co.clear();
-        record.mode.clear();
+        record.automatic.clear();
         record.from_ms = row.utc_ms;
         thinner.reset();
       }
