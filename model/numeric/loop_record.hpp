@@ -34,8 +34,7 @@ struct LoopView {
   // Returns the samples from `from` to `to`, which is not included.
   LoopView part(std::size_t from, std::size_t to) const noexcept {
     LoopView out = *this;
-    for (std::span<const double>* column :
-         {&out.pv, &out.sp, &out.co, &out.stem, &out.automatic}) {
+    for (std::span<const double>* column : {&out.pv, &out.sp, &out.co, &out.stem, &out.automatic}) {
       if (!column->empty()) *column = column->subspan(from, to - from);
     }
     return out;
@@ -61,12 +60,8 @@ struct LoopRecord {
   }
 
   LoopView view() const noexcept {
-    return {.period_s = period_s,
-            .pv = pv,
-            .sp = sp,
-            .co = co,
-            .stem = stem,
-            .automatic = automatic};
+    return {
+        .period_s = period_s, .pv = pv, .sp = sp, .co = co, .stem = stem, .automatic = automatic};
   }
   // Returns the samples from `from` to `to`, which is not included.
   LoopRecord part(std::size_t from, std::size_t to) const {
