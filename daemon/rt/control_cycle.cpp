@@ -368,10 +368,10 @@ void ControlCycle::record(const hal::CycleTime& time, const hal::Sample& pv,
       .jacket_rate_shadow = static_cast<float>(out.jacket_shadow_rate),
       .compensator = static_cast<float>(out.correction),
       .compensator_shadow = static_cast<float>(out.correction_shadow),
-      .mode = static_cast<std::uint8_t>(out.mode),
-      .fault = static_cast<std::uint8_t>(supervisor_.fault()),
-      .pv_quality = static_cast<std::uint8_t>(pv.quality),
-      .pv_reason = static_cast<std::uint8_t>(pv.reason),
+      .mode = out.mode,
+      .fault = supervisor_.fault(),
+      .pv_quality = pv.quality,
+      .pv_reason = pv.reason,
       .flags = static_cast<std::uint8_t>(
           flag(output_.valid() && out.at_low, record::kAtLow) |
           flag(output_.valid() && out.at_high, record::kAtHigh) |
@@ -380,9 +380,9 @@ void ControlCycle::record(const hal::CycleTime& time, const hal::Sample& pv,
           flag(out.correction != 0.0, record::kCompensatorActs) |
           flag(!inputs_.output_ok, record::kOutputLost) |
           flag(channels_.commissioned.load(std::memory_order_relaxed), record::kOutOfService)),
-      .jacket_form = static_cast<std::uint8_t>(settings_.controller.jacket.form),
-      .requested_mode = static_cast<std::uint8_t>(controller_.requested_mode()),
-      .pv_limit = static_cast<std::uint8_t>(pv_limit),
+      .jacket_form = settings_.controller.jacket.form,
+      .requested_mode = controller_.requested_mode(),
+      .pv_limit = pv_limit,
       .age_ms = static_cast<float>(static_cast<double>(time.now_ns - pv.time_ns) / 1e6)};
   channels_.records.try_push(row);
   channels_.watched.try_push(row);

@@ -43,7 +43,7 @@ nlohmann::json watched(const std::string& name, const Loop& loop) {
     for (std::size_t k = 0; k < r.size(); ++k) {
       passed_s += period_s;
       const watch::MonitorStep step = watch.add({.period_index = period++,
-                                                 .sp = r.has_sp ? r.sp[k] : 0.0,
+                                                 .sp = !r.sp.empty() ? r.sp[k] : 0.0,
                                                  .pv = r.pv[k],
                                                  .co = r.co[k],
                                                  .stem = std::nan(""),

@@ -26,13 +26,12 @@ void judge_window(benchmark::State& state, const plant::LoopModel& model) {
     pv.push_back(sample.pv);
     co.push_back(sample.co);
   }
-  const diagnosis::RoutineRecord record{
-      .pv = pv,
-      .co = co,
-      .sp = sp,
-      .sample_time_s = model.sample_time_s * static_cast<double>(kEvery),
-      .co_low = 0.0,
-      .co_high = 10.0};
+  const numeric::LoopView record{.period_s = model.sample_time_s * static_cast<double>(kEvery),
+                                 .pv = pv,
+                                 .sp = sp,
+                                 .co = co,
+                                 .co_low = 0.0,
+                                 .co_high = 10.0};
   for (auto _ : state) {
     const diagnosis::Diagnosis found = diagnosis::diagnose(record);
     // A closed gate would make the verdict too fast.

@@ -78,8 +78,8 @@ struct Judged {
   diagnosis::Diagnosis diagnosis;
 };
 
-diagnosis::RoutineRecord view_of(const DiagnosisCase& c) {
-  return {.pv = c.pv, .co = c.co, .sp = c.sp, .sample_time_s = c.sample_time_s};
+numeric::LoopView view_of(const DiagnosisCase& c) {
+  return {.period_s = c.sample_time_s, .pv = c.pv, .sp = c.sp, .co = c.co};
 }
 
 Ingredients ingredients_of(const StudyOptions& options) {
@@ -328,7 +328,7 @@ std::vector<LabelledWindow> read_windows(const std::vector<std::string>& folders
       const record::Record r = record::read_record(std::filesystem::path(folder) / label.file);
       windows.push_back({.label = label,
                          .diagnosis = diagnosis::diagnose(
-                             {.pv = r.pv, .co = r.co, .sp = r.sp, .sample_time_s = r.period_s})});
+                             {.period_s = r.period_s, .pv = r.pv, .sp = r.sp, .co = r.co})});
     }
   }
   return windows;
@@ -824,10 +824,10 @@ int judge_gap_examples(const StudyOptions& options) {
     for (const Truth& truth : truths_of(file, path)) {
       const record::Record r =
           record::read_record(std::filesystem::path(folder) / truth.id / "record.csv");
-      const diagnosis::Diagnosis d = diagnosis::diagnose({.pv = r.pv,
-                                                          .co = r.co,
+      const diagnosis::Diagnosis d = diagnosis::diagnose({.period_s = r.period_s,
+                                                          .pv = r.pv,
                                                           .sp = r.sp,
-                                                          .sample_time_s = r.period_s,
+                                                          .co = r.co,
                                                           .co_low = 0.0,
                                                           .co_high = 10.0});
       const bool sticky =

@@ -91,9 +91,9 @@ struct Figures {
   double period_s = 0.0;
 };
 
-Figures figures_of(const analysis::LoopRecord& r) {
+Figures figures_of(const analysis::SimulatedRecord& r) {
   Figures f;
-  const double h = r.sample_time_s;
+  const double h = r.period_s;
   const auto first = [&](double level) {
     for (std::size_t k = 0; k < r.true_pv.size(); ++k) {
       if (r.true_pv[k] >= level) return static_cast<double>(k) * h - 1.0;
@@ -116,16 +116,15 @@ Figures figures_of(const analysis::LoopRecord& r) {
   return f;
 }
 
-std::string picture(const Exhibit& exhibit, const analysis::LoopRecord& r) {
+std::string picture(const Exhibit& exhibit, const analysis::SimulatedRecord& r) {
   const auto cut = [&](const std::vector<double>& column, double from_s, double to_s) {
     const auto at = [&](double s) {
-      return column.begin() + static_cast<std::ptrdiff_t>(s / r.sample_time_s);
+      return column.begin() + static_cast<std::ptrdiff_t>(s / r.period_s);
     };
     return std::vector<double>(at(from_s), at(to_s));
   };
   const auto trend = [&](double to_s) {
-    const std::vector<double> t =
-        workbench::time_axis(cut(r.pv, 0.0, to_s).size(), r.sample_time_s);
+    const std::vector<double> t = workbench::time_axis(cut(r.pv, 0.0, to_s).size(), r.period_s);
     workbench::Chart chart{.title = "closed loop",
                            .x_label = "s",
                            .y_label = "L/min, V",

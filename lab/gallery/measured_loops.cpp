@@ -118,8 +118,9 @@ std::string picture_of(const DrawnLoop& drawn, const record::Record& r) {
   };
   const std::vector<double> time = cut(r.time_s);
   workbench::Chart pv{.title = "PV", .x_label = "s", .y_label = "PV", .height = 190.0};
-  if (r.has_sp) pv.lines.push_back({"SP", workbench::palette::kSetPoint, time, cut(r.sp), true});
-  pv.lines.push_back({r.has_sp ? "PV" : "", workbench::palette::kBlue, time, cut(r.pv)});
+  if (!r.sp.empty())
+    pv.lines.push_back({"SP", workbench::palette::kSetPoint, time, cut(r.sp), true});
+  pv.lines.push_back({!r.sp.empty() ? "PV" : "", workbench::palette::kBlue, time, cut(r.pv)});
   workbench::Chart co{.title = "CO", .x_label = "s", .y_label = "CO", .height = 190.0};
   co.lines = {{"", workbench::palette::kVermilion, time, cut(r.co)}};
   const double below = workbench::chart_height(pv);

@@ -49,7 +49,7 @@ std::vector<Plant1Record> read_records(const std::filesystem::path& folder) {
     const auto refuse = [&](const char* why) {
       throw RecordError(RecordError::Kind::data, 0, 0, path.string() + ": " + why);
     };
-    if (record.missing_pv > 0) refuse("samples of pv are missing");
+    if (numeric::missing(record.pv) > 0) refuse("samples of pv are missing");
     if (record.size() < kFewestSamples) refuse("fewer than 100 samples");
     if (std::abs(record.period_s - kPlant1PeriodS) > 1e-3) refuse("the period is not 0.1 s");
     records.push_back(plant1_record(name, condition, std::move(record.pv)));

@@ -69,7 +69,7 @@ WindowMeasures measure(const Window& window) {
                                     [](double v) { return std::isfinite(v); });
 
   const analysis::LoopMetrics metrics = analysis::loop_metrics(
-      window.sp, window.pv, has_stem ? window.stem : window.co, window.sample_time_s, resolution);
+      window.sp, window.pv, has_stem ? window.stem : window.co, window.period_s, resolution);
   m.mean_error_percent = 100.0 * metrics.mean_error / pv_span;
   m.variability_percent =
       100.0 *
@@ -91,7 +91,7 @@ WindowMeasures measure(const Window& window) {
   const diagnosis::Oscillation oscillation = diagnosis::find_oscillation(window.pv);
   m.oscillation_index = oscillation.regularity;
   if (oscillation.regularity > diagnosis::DiagnosisLimits::kRegular)
-    m.period_s = oscillation.period * window.sample_time_s;
+    m.period_s = oscillation.period * window.period_s;
   measure_stick(window, resolution, has_stem, m);
   return m;
 }

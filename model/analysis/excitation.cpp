@@ -18,7 +18,7 @@ bool moves(std::span<const double> column) {
   return std::any_of(column.begin(), column.end(), [&](double v) { return v != column.front(); });
 }
 
-bool in_automatic(const LoopColumns& c, std::size_t k) {
+bool in_automatic(const numeric::LoopView& c, std::size_t k) {
   return c.automatic.empty() || c.automatic[k] > 0.5;
 }
 
@@ -30,7 +30,7 @@ struct Regression {
 };
 
 // Returns the terms of the law for the move of CO at k: those of m, a, c (if SP moves) and b.
-Terms terms(const LoopColumns& c, std::size_t k, bool set_point_moves) {
+Terms terms(const numeric::LoopView& c, std::size_t k, bool set_point_moves) {
   const Eigen::Index of_sp = set_point_moves ? 3 : 0;
   Terms t(7 + of_sp);
   t(0) = 1.0;
@@ -62,7 +62,7 @@ struct Moves {
   bool two_levels = true;
 };
 
-Moves moves_of(const LoopColumns& c) {
+Moves moves_of(const numeric::LoopView& c) {
   const auto [low, high] = std::minmax_element(c.co.begin(), c.co.end());
   Moves moves;
   for (std::size_t k = 1; k < c.co.size(); ++k) {
@@ -128,7 +128,7 @@ bool switches_at_levels(std::span<const double> x, const Moves& moves) {
   return false;
 }
 
-bool pulses_follow(const LoopColumns& c, std::span<const double> x, const Moves& moves) {
+bool pulses_follow(const numeric::LoopView& c, std::span<const double> x, const Moves& moves) {
   const std::vector<double> cycles = steps_between(moves.up);
   const double cycle = numeric::median(cycles);
   const auto regular = std::count_if(cycles.begin(), cycles.end(), [&](double v) {
@@ -146,7 +146,7 @@ bool pulses_follow(const LoopColumns& c, std::span<const double> x, const Moves&
     on.push_back(numeric::mean({c.co.begin() + from, c.co.begin() + to}));
     pv.push_back(x[moves.up[i - 1]]);
   }
-  return find_feedback({.co = on, .pv = pv, .sp = {}, .automatic = {}}).closed;
+  return find_feedback({.pv = pv, .co = on}).closed;
 }
 
 // Returns the share of rows in which CO moves, among the rows with `x` beyond its median in `moves`
@@ -184,7 +184,7 @@ bool moves_by_side(std::span<const double> x, const Moves& moves) {
 }
 
 // Returns whether CO moves after moves of SP.
-bool answers_set_point(const LoopColumns& c) {
+bool answers_set_point(const numeric::LoopView& c) {
   const auto moves_within = [&](std::size_t k) {
     const std::size_t end = std::min(k + Limits::kRowsOff + 1, c.co.size());
     for (std::size_t i = k; i < end; ++i) {
@@ -207,7 +207,7 @@ bool answers_set_point(const LoopColumns& c) {
 
 // Returns whether PV moves in the same direction before and after the moves of a mostly constant
 // CO. In that case PV responds to CO, which is logged too late, and CO doesn't act against PV.
-bool goes_on_the_same_way(const LoopColumns& c) {
+bool goes_on_the_same_way(const numeric::LoopView& c) {
   double moves = 0.0;
   double du2 = 0.0, before2 = 0.0, after2 = 0.0, with_before = 0.0, with_after = 0.0;
   for (std::size_t k = Limits::kLawLags; k + Limits::kRowsOff < c.co.size(); ++k) {
@@ -236,7 +236,7 @@ const char* to_text(SwitchingLaw law) noexcept {
       law, {"none", "two levels", "pulses", "gap action"});
 }
 
-SwitchingLaw switching_law(const LoopColumns& c) {
+SwitchingLaw switching_law(const numeric::LoopView& c) {
   const Moves moves = moves_of(c);
   if (moves.up.size() < Limits::kFewestSwitches || moves.down.size() < Limits::kFewestSwitches) {
     return SwitchingLaw::none;
@@ -252,7 +252,7 @@ SwitchingLaw switching_law(const LoopColumns& c) {
   return pulses_follow(c, x, moves) ? SwitchingLaw::pulses : SwitchingLaw::none;
 }
 
-Feedback find_feedback(const LoopColumns& c) {
+Feedback find_feedback(const numeric::LoopView& c) {
   Feedback f;
   f.set_point_moves = !c.sp.empty() && moves(c.sp);
   std::vector<std::size_t> rows;
@@ -319,7 +319,7 @@ Feedback find_feedback(const LoopColumns& c) {
   return f;
 }
 
-std::vector<double> outside_output(const LoopColumns& c, const Feedback& f,
+std::vector<double> outside_output(const numeric::LoopView& c, const Feedback& f,
                                    const plant::ProcessParameters& parameters, double period_s) {
   const std::size_t n = c.co.size();
   const auto [low, high] = std::minmax_element(c.co.begin(), c.co.end());
@@ -345,7 +345,7 @@ std::vector<double> outside_output(const LoopColumns& c, const Feedback& f,
   return u;
 }
 
-PiGains find_pi_gains(const LoopColumns& c, double period_s) {
+PiGains find_pi_gains(const numeric::LoopView& c, double period_s) {
   PiGains gains;
   const auto [low, high] = std::minmax_element(c.co.begin(), c.co.end());
   std::vector<std::size_t> rows;

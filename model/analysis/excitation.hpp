@@ -15,15 +15,10 @@
 #include <span>
 #include <vector>
 
+#include "model/numeric/loop_record.hpp"
 #include "model/plant/process.hpp"
 
 namespace loopwarden::analysis {
-
-// Columns of one length, without gaps; `sp` and `automatic` may be empty.
-struct LoopColumns {
-  std::span<const double> co, pv, sp;
-  std::span<const double> automatic;  // 1: a controller moved CO, 0: manual
-};
 
 // The law of the controller.
 struct Feedback {
@@ -38,16 +33,16 @@ struct Feedback {
 };
 
 // Returns the fitted law of the controller and whether the loop is closed.
-Feedback find_feedback(const LoopColumns& columns);
+Feedback find_feedback(const numeric::LoopView& columns);
 
 enum class SwitchingLaw : std::uint8_t { none, two_levels, pulses, gap_action };
 const char* to_text(SwitchingLaw law) noexcept;
 // Returns the law of a switching controller, or `none`.
-SwitchingLaw switching_law(const LoopColumns& columns);
+SwitchingLaw switching_law(const numeric::LoopView& columns);
 
 // Returns the CO that only the external moves would cause, as a deviation from 0, CO units. It is
 // empty if that loop is unstable, because such a law can't have controlled this process.
-std::vector<double> outside_output(const LoopColumns& columns, const Feedback& feedback,
+std::vector<double> outside_output(const numeric::LoopView& columns, const Feedback& feedback,
                                    const plant::ProcessParameters& process, double period_s);
 
 // Gains of u = kp e + ki integral(e), e = SP - PV, by least squares on the differences of CO. Their
@@ -58,6 +53,6 @@ struct PiGains {
   double explained = 0.0;  // explained share of the moves of CO, 0 to 1
   double set_point = 0.0;  // PV units, the estimate if SP is not given
 };
-PiGains find_pi_gains(const LoopColumns& columns, double period_s);
+PiGains find_pi_gains(const numeric::LoopView& columns, double period_s);
 
 }  // namespace loopwarden::analysis

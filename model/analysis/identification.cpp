@@ -32,24 +32,19 @@ Values closed_up(std::span<const double> column) {
   return out;
 }
 
-struct Columns {
-  Values co, pv, sp, automatic;  // without gaps
-  Values measured;               // PV with its gaps
-  double period_s = 0.1;
-
-  std::size_t size() const noexcept { return co.size(); }
+// Without gaps.
+struct Columns : numeric::LoopRecord {
+  Values measured;  // PV with its gaps
 };
 
 // The columns at the samples in which the controller acts. A record may be faster than the
 // controller, or CO may be sent only after it has moved enough. If CO moves in most samples, every
 // sample is used.
 struct ControllerRows {
-  Values co, pv, sp, automatic;
+  numeric::LoopRecord loop;
   std::size_t first = 0;  // sample
   std::size_t every = 1;  // samples
-  double period_s = 0.1;
 
-  LoopColumns loop() const { return {.co = co, .pv = pv, .sp = sp, .automatic = automatic}; }
   // Returns a column of `samples` values from one value per row.
   Values held(const Values& of_rows, std::size_t samples) const {
     Values out;
@@ -60,24 +55,18 @@ struct ControllerRows {
   }
 };
 
-Columns columns_of(const IdentificationRecord& record) {
+Columns columns_of(const numeric::LoopView& record) {
   if (record.co.size() != record.pv.size() || record.co.size() < Limits::kFewestSamples) {
     throw IdentificationError("a record of at least 30 samples with CO and PV is needed");
   }
-  const auto measured = [](double v) { return std::isfinite(v); };
-  if (std::count_if(record.pv.begin(), record.pv.end(), measured) <
-      static_cast<std::ptrdiff_t>(Limits::kFewestSamples)) {
+  if (record.size() - numeric::missing(record.pv) < Limits::kFewestSamples) {
     throw IdentificationError("PV is missing nearly everywhere");
   }
-  Columns c{.co = closed_up(record.co),
-            .pv = closed_up(record.pv),
-            .sp = {},
-            .automatic = {},
-            .measured = {record.pv.begin(), record.pv.end()},
-            .period_s = record.sample_time_s};
-  if (std::any_of(record.sp.begin(), record.sp.end(), measured)) c.sp = closed_up(record.sp);
-  if (std::any_of(record.mode.begin(), record.mode.end(), measured)) {
-    c.automatic = closed_up(record.mode);
+  Columns c{{.period_s = record.period_s, .pv = closed_up(record.pv), .co = closed_up(record.co)},
+            {record.pv.begin(), record.pv.end()}};
+  if (numeric::LoopRecord::has_value(record.sp)) c.sp = closed_up(record.sp);
+  if (numeric::LoopRecord::has_value(record.automatic)) {
+    c.automatic = closed_up(record.automatic);
     for (double& v : c.automatic) v = v == 0.0 ? 0.0 : 1.0;
   }
   const auto still = [](const Values& v) {
@@ -102,16 +91,16 @@ ControllerRows controller_rows(const Columns& c) {
   for (const std::size_t k : moved) ++moved_at[k % rows.every];
   rows.first = static_cast<std::size_t>(std::max_element(moved_at.begin(), moved_at.end()) -
                                         moved_at.begin());
-  rows.period_s = c.period_s * static_cast<double>(rows.every);
+  rows.loop.period_s = c.period_s * static_cast<double>(rows.every);
   const auto taken = [&](const Values& column) {
     Values out;
     for (std::size_t k = rows.first; k < column.size(); k += rows.every) out.push_back(column[k]);
     return out;
   };
-  rows.co = taken(c.co);
-  rows.pv = taken(c.pv);
-  rows.sp = taken(c.sp);
-  rows.automatic = taken(c.automatic);
+  rows.loop.co = taken(c.co);
+  rows.loop.pv = taken(c.pv);
+  rows.loop.sp = taken(c.sp);
+  rows.loop.automatic = taken(c.automatic);
   return rows;
 }
 
@@ -425,11 +414,10 @@ namespace {
 
 Identification by_outside_moves(const Columns& c) {
   const ControllerRows rows = controller_rows(c);
-  const Feedback feedback = find_feedback(rows.loop());
+  const Feedback feedback = find_feedback(rows.loop.view());
   Identification out;
   if (!feedback.closed || feedback.by_mode) {
-    const SwitchingLaw law =
-        switching_law({.co = c.co, .pv = c.pv, .sp = c.sp, .automatic = c.automatic});
+    const SwitchingLaw law = switching_law(c.view());
     if (law != SwitchingLaw::none) {
       out.closed_loop = true;
       out.by_mode = feedback.by_mode;
@@ -527,7 +515,7 @@ Identification by_outside_moves(const Columns& c) {
   }
   Values outside = s.u;
   if (feedback.closed) {
-    outside = outside_output(rows.loop(), feedback, chosen.process(), rows.period_s);
+    outside = outside_output(rows.loop.view(), feedback, chosen.process(), rows.loop.period_s);
     if (outside.empty()) {
       out.reason = "The loop is closed, but how CO follows from SP and PV could not be found.";
       out.settle = "Step CO in manual, or give the column `mode`.";
@@ -615,11 +603,8 @@ std::optional<Estimate> slip_jump(const Values& stem, const Values& co) {
 
 // With a measured stem, takes the slip jump from the stem and identifies the process from the stem
 // to PV.
-void take_stem(Identification& out, const Columns& c, const IdentificationRecord& record) {
-  if (record.stem.size() != c.size() || std::none_of(record.stem.begin(), record.stem.end(),
-                                                     [](double v) { return std::isfinite(v); })) {
-    return;
-  }
+void take_stem(Identification& out, const Columns& c, const numeric::LoopView& record) {
+  if (record.stem.size() != c.size() || !numeric::LoopRecord::has_value(record.stem)) return;
   const Values stem = closed_up(record.stem);
   if (const std::optional<Estimate> jump = slip_jump(stem, c.co)) {
     out.cycle->j = *jump;
@@ -703,7 +688,7 @@ std::optional<StaticGain> static_gain(std::span<const double> co, std::span<cons
   return gain;
 }
 
-Identification identify(const IdentificationRecord& record) {
+Identification identify(const numeric::LoopView& record) {
   const Columns c = columns_of(record);
   Identification out = by_outside_moves(c);
   if (out.can_tell()) return out;
@@ -750,7 +735,7 @@ plant::LoopModel stem_follows_output(std::span<const double> co, double sample_t
   return model;
 }
 
-AssumedModel assumed_model(const IdentificationRecord& record, const KnownRanges& known) {
+AssumedModel assumed_model(const numeric::LoopView& record, const KnownRanges& known) {
   AssumedModel out;
   out.identification = identify(record);
   const std::optional<StickingCycle>& cycle = out.identification.cycle;
@@ -759,7 +744,7 @@ AssumedModel assumed_model(const IdentificationRecord& record, const KnownRanges
       out.identification.can_tell() ? out.identification.best() : behind_valve(*cycle);
   const Columns c = columns_of(record);
   plant::LoopModel model;
-  model.sample_time_s = record.sample_time_s;
+  model.sample_time_s = record.period_s;
   model.process = best.process();
   const auto relative = [](const Estimate& e, double least) {
     const double half = (std::min(e.high, 2.0 * e.value) - e.low) / 2.0;
@@ -804,7 +789,7 @@ AssumedModel assumed_model(const IdentificationRecord& record, const KnownRanges
   say_range("CO", co_low, co_high, known.co.has_value());
   say_range("PV", pv_low, pv_high, known.pv.has_value());
   const ControllerRows rows = controller_rows(c);
-  const PiGains gains = find_pi_gains(rows.loop(), rows.period_s);
+  const PiGains gains = find_pi_gains(rows.loop.view(), rows.loop.period_s);
   if (out.identification.closed_loop && gains.explained >= Limits::kUnderstood) {
     out.controller_known = true;
     const bool direct = gains.kp < 0.0;
@@ -831,7 +816,7 @@ AssumedModel assumed_model(const IdentificationRecord& record, const KnownRanges
 
 Tangent tangent_method(std::span<const double> co, std::span<const double> pv,
                        double sample_time_s) {
-  const Columns c = columns_of({.co = co, .pv = pv, .sp = {}, .sample_time_s = sample_time_s});
+  const Columns c = columns_of({.period_s = sample_time_s, .pv = pv, .co = co});
   std::size_t at = 0;
   double largest = 0.0;
   double travel = 0.0;

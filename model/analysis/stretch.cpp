@@ -19,7 +19,7 @@ struct Block {
   double automatic = 1.0;  // 0 to 1
 };
 
-std::vector<Block> blocks_of(const LongRecord& r) {
+std::vector<Block> blocks_of(const numeric::LoopView& r) {
   const std::span<const double> output = r.co.empty() ? r.pv : r.co;
   std::vector<Block> blocks(r.pv.size() / Limits::kStretchBlock);
   for (std::size_t b = 0; b < blocks.size(); ++b) {
@@ -81,7 +81,7 @@ Movement movement(std::span<const Block> blocks) {
 
 }  // namespace
 
-std::vector<std::size_t> telling_stretches(const LongRecord& record, std::size_t length,
+std::vector<std::size_t> telling_stretches(const numeric::LoopView& record, std::size_t length,
                                            std::size_t parts) {
   const std::size_t n = record.pv.size();
   if (n <= length || parts == 0) return {0};

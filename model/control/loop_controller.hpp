@@ -27,19 +27,13 @@
 #include <cstdint>
 
 #include "model/control/compensator.hpp"
+#include "model/control/loop_state.hpp"
 #include "model/control/output_limiter.hpp"
 #include "model/control/pid.hpp"
 #include "model/control/set_point.hpp"
 #include "model/control/stickband_jacket.hpp"
-#include "model/numeric/enum_name.hpp"
 
 namespace loopwarden::control {
-
-enum class Mode : std::uint8_t { manual, automatic, fallback };
-
-constexpr const char* to_text(Mode mode) noexcept {
-  return numeric::enum_name<Mode::fallback>(mode, {"MAN", "AUTO", "FALLBACK"});
-}
 
 // Action of the output during a fault.
 struct OutputAction {

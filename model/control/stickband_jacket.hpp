@@ -22,12 +22,11 @@
 // slip error. Without a read-back the jacket is as good as the model of the valve.
 #pragma once
 
-#include <cstdint>
 #include <limits>
 
-namespace loopwarden::control {
+#include "model/control/loop_state.hpp"
 
-enum class JacketForm : std::uint8_t { off, paper, bounded, dwell };
+namespace loopwarden::control {
 
 struct JacketSettings {
   JacketForm form = JacketForm::off;

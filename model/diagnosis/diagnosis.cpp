@@ -201,7 +201,7 @@ const char* to_text(DiagnosisVerdict verdict) noexcept {
       verdict, {"valve_effect", "other_cause", "healthy", "not_enough_data", "cant_tell"});
 }
 
-Diagnosis diagnose(const RoutineRecord& record, LoopType type) {
+Diagnosis diagnose(const numeric::LoopView& record, LoopType type) {
   Diagnosis d;
   d.loop_type = type;
   d.prepared = prepare(record);

@@ -66,7 +66,7 @@ struct Diagnosis {
   }
 };
 
-Diagnosis diagnose(const RoutineRecord& record, LoopType type = LoopType::unknown);
+Diagnosis diagnose(const numeric::LoopView& record, LoopType type = LoopType::unknown);
 
 // Returns the time scale in samples: the cycle if one stands out, otherwise the movement. A window
 // of fifteen of them can be judged.

@@ -23,7 +23,7 @@ struct Part {
   std::size_t size() const { return to - from; }
 };
 
-bool complete(const RoutineRecord& r, std::size_t k) {
+bool complete(const numeric::LoopView& r, std::size_t k) {
   return std::isfinite(r.pv[k]) && std::isfinite(r.co[k]);
 }
 
@@ -47,7 +47,7 @@ std::pair<double, double> range_of(std::span<const double> x) {
 }
 
 // Returns the samples that count: complete, and not in a stretch in which CO rests for long.
-std::vector<char> automatic_samples(const RoutineRecord& r) {
+std::vector<char> automatic_samples(const numeric::LoopView& r) {
   const std::size_t n = r.pv.size();
   const std::size_t standstill = standstill_length(n);
   std::vector<char> counts(n, 0);
@@ -64,7 +64,7 @@ std::vector<char> automatic_samples(const RoutineRecord& r) {
 
 // Returns the longest part without a gap of more than kLongestGap samples, beginning and ending
 // complete.
-Part longest_part(const RoutineRecord& r) {
+Part longest_part(const numeric::LoopView& r) {
   const std::vector<char> counts = automatic_samples(r);
   Part best;
   Part part;
@@ -251,7 +251,8 @@ bool at_zero(std::span<const double> pv, double scale) {
   return static_cast<double>(zero) >= Limits::kNoFlowShare * static_cast<double>(known);
 }
 
-bool no_flow(const Series& pv, const Series& co, const Series& sp, const RoutineRecord& record) {
+bool no_flow(const Series& pv, const Series& co, const Series& sp,
+             const numeric::LoopView& record) {
   return moves(co, Limits::kTravel * (record.co_high - record.co_low)) &&
          at_zero(pv, scale_of(pv, sp));
 }
@@ -269,7 +270,8 @@ double noise_of(std::span<const double> pv) {
 
 // Returns whether PV is off SP on one side during `part`, by more than its noise and `share` of the
 // scale.
-bool off_set_point(const RoutineRecord& r, Part part, double share, double noises, double scale) {
+bool off_set_point(const numeric::LoopView& r, Part part, double share, double noises,
+                   double scale) {
   Series error;
   for (std::size_t k = part.from; k < part.to; ++k) {
     const double e = r.pv[k] - r.sp[k];
@@ -288,7 +290,7 @@ bool off_set_point(const RoutineRecord& r, Part part, double share, double noise
 // Returns the samples at which CO is at an end of its span, or rests for long while PV stays
 // far from SP. A long rest does not count if PV is at SP (no error to correct) or at zero (the
 // valve is shut, or there is no flow).
-std::vector<char> limited_samples(const RoutineRecord& r) {
+std::vector<char> limited_samples(const numeric::LoopView& r) {
   const std::size_t n = r.pv.size();
   std::vector<char> limited(n, 0);
   const auto [low, high] = range_of(r.co);
@@ -336,7 +338,7 @@ bool mostly_limited(std::size_t limited, std::size_t complete) noexcept {
   return static_cast<double>(limited) > Limits::kClampedShare * static_cast<double>(complete);
 }
 
-Prepared prepare(const RoutineRecord& record) {
+Prepared prepare(const numeric::LoopView& record) {
   Prepared p;
   p.gate = Gate::too_little;
   if (record.pv.size() != record.co.size()) {
@@ -461,7 +463,7 @@ Prepared prepare(const RoutineRecord& record) {
   p.co = block_means(co, p.factor);
   error = block_means(error, p.factor);
   p.period = period / static_cast<double>(p.factor);
-  p.period_s = period * record.sample_time_s;
+  p.period_s = period * record.period_s;
   p.cycles = static_cast<double>(p.pv.size()) / p.period;
   p.window = static_cast<std::size_t>(Limits::kWindowPeriods * p.period + 0.5);
 

@@ -33,18 +33,9 @@
 
 #include "model/diagnosis/oscillation.hpp"
 #include "model/diagnosis/series_ops.hpp"
+#include "model/numeric/loop_record.hpp"
 
 namespace loopwarden::diagnosis {
-
-// Columns of one length, NaN where a sample is missing; `sp` may be empty.
-struct RoutineRecord {
-  std::span<const double> pv;  // PV units
-  std::span<const double> co;  // CO units
-  std::span<const double> sp;  // PV units
-  double sample_time_s = 1.0;  // s, > 0
-  double co_low = 0.0;         // CO units, the span of the controller's output
-  double co_high = 100.0;
-};
 
 // The result of a gate, without the weighing of evidence.
 enum class Gate : std::uint8_t { open, too_little, sensor, no_flow, saturation };
@@ -83,7 +74,7 @@ struct Prepared {
   double held_share = 0.0;        // of the samples, PV exactly as before, 0 to 1
 };
 
-Prepared prepare(const RoutineRecord& record);
+Prepared prepare(const numeric::LoopView& record);
 
 // Returns whether so many of the complete samples are limited that the loop is saturated.
 bool mostly_limited(std::size_t limited, std::size_t complete) noexcept;

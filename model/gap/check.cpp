@@ -106,9 +106,9 @@ void take_spikes_out(CheckedRecord& out, const std::vector<double>& pv) {
 
 }  // namespace
 
-CheckedRecord check(const Record& given, const plant::LoopModel& model) {
+CheckedRecord check(const LoopRecord& given, const plant::LoopModel& model) {
   CheckedRecord out;
-  Record record = believed(given, model);
+  LoopRecord record = believed(given, model);
   out.quality = check_record(record, model);
   if (!out.quality.usable) return out;
 

@@ -119,7 +119,7 @@ double noise_of_stored(const std::vector<double>& column) {
   return std::max(noise, resolution_of(held(column)) / std::sqrt(12.0));
 }
 
-Record believed(Record record, const plant::LoopModel& model) {
+LoopRecord believed(LoopRecord record, const plant::LoopModel& model) {
   const double span = model.transmitter.span();
   for (double& v : record.pv) {
     if (!(v >= model.transmitter.low - span && v <= model.transmitter.high + span)) v = kNone;
@@ -145,7 +145,7 @@ double at_limit(const std::vector<double>& column, double low, double high) {
 
 // Each part adds figures and notes, and returns why the record can't be used; empty: it can.
 
-std::string check_sampling(const Record& record, const plant::LoopModel& model, RecordCheck&) {
+std::string check_sampling(const LoopRecord& record, const plant::LoopModel& model, RecordCheck&) {
   if (record.size() < kFewestSamples) {
     return "only " + std::to_string(record.size()) + " samples; at least " +
            std::to_string(kFewestSamples) + " are needed";
@@ -159,7 +159,7 @@ std::string check_sampling(const Record& record, const plant::LoopModel& model, 
   return {};
 }
 
-std::string check_pv(const Record& record, const plant::LoopModel& model, RecordCheck& check) {
+std::string check_pv(const LoopRecord& record, const plant::LoopModel& model, RecordCheck& check) {
   const std::size_t n = record.size();
   const std::size_t missing = missing_in(record.pv);
   if (record.pv_as_stored) {
@@ -191,7 +191,7 @@ std::string check_pv(const Record& record, const plant::LoopModel& model, Record
   if (check.pv_resolution < 0.3 * (*pv_high - *pv_low) / 20.0 && rest_end - rest_begin >= 50 &&
       check.noise_rms > check.pv_resolution) {
     note(check, "frozen", "PV does not change although it is noisy elsewhere",
-         record.time_s(rest_begin), record.time_s(rest_end));
+         record.seconds_at(rest_begin), record.seconds_at(rest_end));
   }
   const double limited = at_limit(pv, model.transmitter.low, model.transmitter.high);
   if (limited > 0.002) {
@@ -202,7 +202,7 @@ std::string check_pv(const Record& record, const plant::LoopModel& model, Record
   return {};
 }
 
-std::string check_co(const Record& record, const plant::LoopModel& model, RecordCheck& check) {
+std::string check_co(const LoopRecord& record, const plant::LoopModel& model, RecordCheck& check) {
   if (!record.has_co()) return {};
   const std::size_t n = record.size();
   const std::size_t missing = missing_in(record.co);
@@ -242,7 +242,7 @@ std::string check_co(const Record& record, const plant::LoopModel& model, Record
   return {};
 }
 
-std::string check_rest(const Record& record, const plant::LoopModel& model, RecordCheck&) {
+std::string check_rest(const LoopRecord& record, const plant::LoopModel& model, RecordCheck&) {
   const std::vector<bool> used = usable_samples(record, model);
   const auto usable = static_cast<std::size_t>(std::count(
       used.begin(), used.begin() + static_cast<std::ptrdiff_t>(training_samples(record.size())),
@@ -255,7 +255,7 @@ std::string check_rest(const Record& record, const plant::LoopModel& model, Reco
 
 }  // namespace
 
-RecordCheck check_record(const Record& record, const plant::LoopModel& model) {
+RecordCheck check_record(const LoopRecord& record, const plant::LoopModel& model) {
   RecordCheck check;
   for (const auto part : {check_sampling, check_pv, check_co, check_rest}) {
     check.refusal = part(record, model, check);
@@ -265,7 +265,7 @@ RecordCheck check_record(const Record& record, const plant::LoopModel& model) {
   return check;
 }
 
-std::vector<bool> usable_samples(const Record& record, const plant::LoopModel& model) {
+std::vector<bool> usable_samples(const LoopRecord& record, const plant::LoopModel& model) {
   std::vector<bool> used(record.size(), true);
   const auto wake = static_cast<std::size_t>(
       (model.process.dead_time_s + 4.0 * model.process.time_constant_s) / record.period_s);

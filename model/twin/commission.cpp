@@ -55,7 +55,7 @@ Spans spans_of(const LoopModel& model) {
           model.transmitter.high};
 }
 
-Spans measured_spans(const gap::Record& record) {
+Spans measured_spans(const numeric::LoopRecord& record) {
   const numeric::Range co = numeric::range_of(record.co);
   const numeric::Range pv = numeric::range_of(record.pv);
   return {co.low, co.high, pv.low, pv.high};
@@ -64,7 +64,8 @@ Spans measured_spans(const gap::Record& record) {
 // The free run of a model under the record's CO, and how far it is from it.
 class Runs {
  public:
-  Runs(const gap::Record& record, const LoopModel& model) : checked_(gap::check(record, model)) {}
+  Runs(const numeric::LoopRecord& record, const LoopModel& model)
+      : checked_(gap::check(record, model)) {}
 
   Stage stage(std::string name, const LoopModel& model) const {
     LoopModel quiet = plant::without_noise(model);
@@ -88,7 +89,7 @@ class Runs {
 };
 
 // The moves of SP as they were, for `simulate` and for training.
-plant::Scenario scenario_of(const gap::Record& record, const LoopModel& model) {
+plant::Scenario scenario_of(const numeric::LoopRecord& record, const LoopModel& model) {
   plant::Scenario scenario;
   scenario.seed = 1;
   scenario.duration_s = static_cast<double>(record.size()) * record.period_s;
@@ -102,7 +103,7 @@ plant::Scenario scenario_of(const gap::Record& record, const LoopModel& model) {
       if (scenario.set_point.empty()) {
         scenario.set_point.emplace_back(0.0, inside);
       } else if (std::abs(inside - scenario.set_point.back().second) >= least && k > 0) {
-        scenario.set_point.emplace_back(record.time_s(k), inside);
+        scenario.set_point.emplace_back(record.seconds_at(k), inside);
       }
     }
     least *= 2.0;
@@ -134,8 +135,7 @@ class Commissioner {
   Commissioner(const Request& request, const gap::ParallelFor& parallel,
                const std::function<void(double)>& progress)
       : request_(request),
-        first_(request.records.front()),
-        record_(first_.columns),
+        record_(request.records.front()),
         parallel_(parallel),
         progress_(progress) {}
 
@@ -166,7 +166,7 @@ class Commissioner {
       out_.accepted.emplace_back("no_co");
     }
     if (!passes(Outcome::not_usable, why_compressed(record_)) ||
-        !passes(Outcome::not_usable, why_by_hand(first_.automatic)) ||
+        !passes(Outcome::not_usable, why_by_hand(record_.automatic)) ||
         !passes(Outcome::not_usable, why_clamped(record_, spans()))) {
       return false;
     }
@@ -193,12 +193,9 @@ class Commissioner {
     analysis::AssumedModel assumed;
     if (record_.has_co()) {
       try {
-        assumed = analysis::assumed_model({.co = record_.co,
-                                           .pv = record_.pv,
-                                           .sp = record_.sp,
-                                           .mode = first_.automatic,
-                                           .sample_time_s = record_.period_s},
-                                          request_.ranges);
+        numeric::LoopView loop = record_.view();
+        loop.stem = {};
+        assumed = analysis::assumed_model(loop, request_.ranges);
       } catch (const analysis::IdentificationError& e) {
         assumed.identification.reason = e.what();
       }
@@ -543,7 +540,7 @@ class Commissioner {
 
   void prove_on_others(const gap::Options& options, double share) {
     for (std::size_t i = 1; i < request_.records.size(); ++i) {
-      const gap::Record& record = request_.records[i].columns;
+      const numeric::LoopRecord& record = request_.records[i];
       const double begun = share * static_cast<double>(kMostRounds + static_cast<int>(i) - 1);
       const gap::Result result =
           gap::find_gap(record, out_.twin, options, parallel_,
@@ -575,8 +572,7 @@ class Commissioner {
   }
 
   const Request& request_;
-  const HealthyRecord& first_;
-  const gap::Record& record_;
+  const numeric::LoopRecord& record_;
   const gap::ParallelFor& parallel_;
   const std::function<void(double)>& progress_;
   Commissioning out_;

@@ -196,7 +196,7 @@ struct Hypothesis {
 
 class Competition {
  public:
-  Competition(const gap::Record& record, ChangeMoment change, const LoopModel& twin,
+  Competition(const numeric::LoopRecord& record, ChangeMoment change, const LoopModel& twin,
               const numeric::ParallelFor& parallel)
       : record_(record),
         change_(change.earliest),
@@ -671,7 +671,7 @@ class Competition {
     return effect;
   }
 
-  const gap::Record& record_;
+  const numeric::LoopRecord& record_;
   std::size_t change_;  // the earliest moment
   std::size_t latest_;
   std::size_t counted_;  // from which on errors are
@@ -693,7 +693,7 @@ class Competition {
 
 }  // namespace
 
-SinceChange since_change(const gap::Record& record, ChangeMoment change,
+SinceChange since_change(const numeric::LoopRecord& record, ChangeMoment change,
                          const plant::LoopModel& twin, const numeric::ParallelFor& parallel) {
   // Too little before it, and the load is not known; too little behind it, and nothing is.
   constexpr double kLeastAfter_s = 120.0;

@@ -66,7 +66,7 @@ struct SinceChange {
 };
 
 // Before the change the loop was the twin's.
-SinceChange since_change(const gap::Record& record, ChangeMoment change,
+SinceChange since_change(const numeric::LoopRecord& record, ChangeMoment change,
                          const plant::LoopModel& twin, const numeric::ParallelFor& parallel);
 
 }  // namespace loopwarden::twin

@@ -34,7 +34,7 @@ bool all_one_step(std::vector<double> changes) {
 
 }  // namespace
 
-std::string why_compressed(const gap::Record& record) {
+std::string why_compressed(const numeric::LoopRecord& record) {
   const numeric::Range range = numeric::range_of(record.pv);
   const double tiny = kSame * (range.high - range.low);
   if (!(tiny > 0.0)) return "PV never moves.";
@@ -86,7 +86,7 @@ std::string why_by_hand(const std::vector<double>& automatic) {
       100.0 * share(by_hand, known));
 }
 
-std::string why_clamped(const gap::Record& record, const Spans& spans) {
+std::string why_clamped(const numeric::LoopRecord& record, const Spans& spans) {
   const double margin = 0.002 * (spans.co_high - spans.co_low);
   std::size_t at_end = 0;
   std::size_t known = 0;
@@ -102,7 +102,7 @@ std::string why_clamped(const gap::Record& record, const Spans& spans) {
       100.0 * share(at_end, known));
 }
 
-std::string why_still(const gap::Record& record, const Spans& spans) {
+std::string why_still(const numeric::LoopRecord& record, const Spans& spans) {
   const bool by_sp = record.has_sp();
   const std::vector<double>& column = by_sp ? record.sp : record.co;
   const double span = by_sp ? spans.pv_high - spans.pv_low : spans.co_high - spans.co_low;
@@ -126,7 +126,7 @@ std::string why_still(const gap::Record& record, const Spans& spans) {
       by_sp ? "SP" : "CO", moves == 0 ? "never" : "only once", 100.0 * kLeastMove);
 }
 
-std::string why_short(const gap::Record& record) {
+std::string why_short(const numeric::LoopRecord& record) {
   const double seconds = static_cast<double>(record.size()) * record.period_s;
   if (seconds >= kShortest_s) return "";
   return text(

@@ -47,14 +47,14 @@ bool raises(const RoutineWatch::Judgement& both, double lowest) noexcept {
 
 }  // namespace
 
-RoutineWatch::Judgement judge_routine(const diagnosis::RoutineRecord& record,
+RoutineWatch::Judgement judge_routine(const numeric::LoopView& record,
                                       const diagnosis::Archived& source) {
   diagnosis::Diagnosis found = diagnosis::diagnose(record);
   const double span = record.co_high - record.co_low;
   const double sees_from = diagnosis::sees_from(record.pv, record.co, source);
   if (source.any()) diagnosis::mind_archive(found, source, sees_from, span);
   RoutineWatch::Judgement judgement{
-      .window_s = record.sample_time_s * static_cast<double>(record.pv.size()),
+      .window_s = record.period_s * static_cast<double>(record.size()),
       .whole = found.prepared.used == record.pv.size(),
       .verdict = found.verdict,
       .grade = found.grade,
@@ -164,9 +164,9 @@ RoutineWatch::Samples RoutineWatch::samples_of(const Level& level,
   const auto newest = [count](const std::vector<float>& column) {
     return std::span<const float>(column).last(count);
   };
-  return {.sample_time_s = level.sample_time_s,
-          .sp = newest(level.sp),
+  return {.period_s = level.sample_time_s,
           .pv = newest(level.pv),
+          .sp = newest(level.sp),
           .co = newest(level.co)};
 }
 
@@ -209,10 +209,10 @@ RoutineWatch::Judgement RoutineWatch::judge_newest(const Level& level, std::size
   const std::vector<double> pv(newest.pv.begin(), newest.pv.end());
   const std::vector<double> co(newest.co.begin(), newest.co.end());
   return judge_routine(
-      {.pv = pv,
-       .co = co,
+      {.period_s = level.sample_time_s,
+       .pv = pv,
        .sp = has_set_point_ ? std::span<const double>(sp) : std::span<const double>(),
-       .sample_time_s = level.sample_time_s,
+       .co = co,
        .co_low = co_low_,
        .co_high = co_high_},
       source_);

@@ -62,8 +62,8 @@ class RoutineWatch {
 
   // The samples of a judgement.
   struct Samples {
-    double sample_time_s = 1.0;
-    std::span<const float> sp, pv, co;  // sp: all NaN if unknown
+    double period_s = 1.0;
+    std::span<const float> pv, sp, co;  // sp: all NaN if unknown
   };
 
   explicit RoutineWatch(const WindowSettings& settings);
@@ -133,7 +133,7 @@ class RoutineWatch {
 
 // Returns the judgement of diagnose() for these samples, without earlier evidence and without
 // specialists.
-RoutineWatch::Judgement judge_routine(const diagnosis::RoutineRecord& record,
+RoutineWatch::Judgement judge_routine(const numeric::LoopView& record,
                                       const diagnosis::Archived& source = {});
 
 }  // namespace loopwarden::watch

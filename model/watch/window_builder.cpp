@@ -138,16 +138,16 @@ alarm::Window WindowBuilder::window() const noexcept {
   const auto column = [&](const std::vector<double>& values) {
     return std::span<const double>(values).first(count_);
   };
-  return {.sp = column(columns_.sp),
-          .pv = column(columns_.pv),
-          .co = column(columns_.co),
-          .stem = column(columns_.stem),
-          .sample_time_s = settings_.sample_time_s * static_cast<double>(settings_.decimation),
-          .pv_low = settings_.pv_low,
-          .pv_high = settings_.pv_high,
-          .co_low = settings_.co_low,
-          .co_high = settings_.co_high,
-          .bridged_cycles = bridged_in_window()};
+  return {{.period_s = settings_.sample_time_s * static_cast<double>(settings_.decimation),
+           .pv = column(columns_.pv),
+           .sp = column(columns_.sp),
+           .co = column(columns_.co),
+           .stem = column(columns_.stem),
+           .pv_low = settings_.pv_low,
+           .pv_high = settings_.pv_high,
+           .co_low = settings_.co_low,
+           .co_high = settings_.co_high},
+          bridged_in_window()};
 }
 
 double WindowBuilder::filled() const noexcept {

@@ -87,10 +87,7 @@ class WindowBuilder {
   std::ptrdiff_t advance_;  // samples from one window to the next
   // Rings of a window's length with the oldest sample at first_. They are sorted when a window is
   // full.
-  struct Columns {
-    std::vector<double> sp, pv, co, stem;
-  };
-  Columns columns_;
+  numeric::LoopRecord columns_;
   std::vector<std::uint16_t> bridged_;  // interpolated cycles of each sample
   Cycle last_;                          // the newest collected one
   std::size_t first_ = 0;

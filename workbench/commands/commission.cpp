@@ -55,12 +55,6 @@ struct CommissionOptions {
   bool json = false;
 };
 
-twin::HealthyRecord healthy_record(const std::string& path, const RecordInput& input) {
-  const record::Record file = input.read(path).record;
-  return {.columns = {file.period_s, file.pv, file.sp, file.co, file.stem},
-          .automatic = file.automatic};
-}
-
 const char* advice(twin::Outcome outcome) {
   switch (outcome) {
     case twin::Outcome::commissioned: return "";
@@ -260,10 +254,10 @@ int run_commission(const CommissionOptions& given) {
   const ParallelFor parallel = on_threads(jobs);
   try {
     for (const std::string& path : options.records) {
-      request.records.push_back(healthy_record(path, options.input));
-      say_if_long(path, request.records.back().columns.size());
+      request.records.push_back(options.input.read(path).record);
+      say_if_long(path, request.records.back().size());
     }
-    const std::string refused = why_no_twin_of(loop, request.records.front().columns.period_s);
+    const std::string refused = why_no_twin_of(loop, request.records.front().period_s);
     if (!refused.empty()) fmt::print(stderr, "{}\n", refused);
     std::optional<Progress> progress(std::in_place, "twin", 100);
     const twin::Commissioning made =
@@ -311,7 +305,7 @@ int run_commission(const CommissionOptions& given) {
     nlohmann::json answer = commission_json(made, detectability);
     if (before) answer["changes"] = changes_json(changes);
     files.add(out / "report.html",
-              commission_page(made, detectability, request.records.front().columns, seconds));
+              commission_page(made, detectability, request.records.front(), seconds));
     files.add(out / "commission.json", answer.dump(2) + "\n");
     files.commit();
     config::remove_weights(out / "specialists", old_weights);

@@ -51,15 +51,8 @@ std::vector<Stretch> judged_stretches(const record::Record& r) {
   const std::size_t count = stretches.size();
   if (count <= kMostWindows) return stretches;
   const std::size_t length = stretches.front().size;
-  const auto known = [](bool has, const std::vector<double>& column) {
-    return has ? std::span<const double>(column) : std::span<const double>();
-  };
   stretches.clear();
-  for (const std::size_t from : analysis::telling_stretches({.pv = r.pv,
-                                .co = r.co,
-                                .sp = known(r.has_sp, r.sp),
-                                .automatic = known(r.has_mode, r.automatic)},
-                                                            length, kMostWindows)) {
+  for (const std::size_t from : analysis::telling_stretches(r.view(), length, kMostWindows)) {
     stretches.push_back({from, length});
   }
   fmt::print(
@@ -188,7 +181,7 @@ int run_diagnose(const DiagnoseOptions& options) {
   }
   for (const std::string& path : options.records) {
     record::Imported imported = options.input.read(path);
-    if (!imported.record.has_co) {
+    if (imported.record.co.empty()) {
       fail(kExitData,
            "{}: no column 'co', which a judgement of the valve needs; signatures of PV "
            "alone are judged by 'loopwarden classify --specialists DIR'",

@@ -209,8 +209,8 @@ void write_refusal(OutputFiles& files, const gap::Result& result, const GapRepor
 
 // Returns the columns between --from and --to. `first_s`: receives the time of the file's first
 // sample.
-gap::Record stretch_of(const record::Record& file, const GapOptions& options, double& first_s,
-                       std::vector<double>* mode = nullptr) {
+numeric::LoopRecord stretch_of(const record::Record& file, const GapOptions& options,
+                               double& first_s) {
   const auto& time = file.time_s;
   const auto begin = std::lower_bound(time.begin(), time.end(), options.from_s) - time.begin();
   const auto end = std::upper_bound(time.begin(), time.end(), options.to_s) - time.begin();
@@ -225,13 +225,7 @@ gap::Record stretch_of(const record::Record& file, const GapOptions& options, do
                     time.front(), time.back()));
   }
   first_s = time[static_cast<std::size_t>(begin)];
-  const auto part = [&](const std::vector<double>& column, bool known) {
-    return known ? std::vector<double>(column.begin() + begin, column.begin() + end)
-                 : std::vector<double>();
-  };
-  if (mode != nullptr) *mode = part(file.automatic, file.has_mode);
-  return {file.period_s, part(file.pv, true), part(file.sp, file.has_sp),
-          part(file.co, file.has_co), part(file.stem, file.has_stem)};
+  return file.part(static_cast<std::size_t>(begin), static_cast<std::size_t>(end));
 }
 
 double output_span(const plant::LoopModel& model) { return model.controller.pid.output_span(); }
@@ -259,21 +253,16 @@ void convert_units(record::Record& r, const plant::LoopModel& model, const GapOp
   const auto unit = [](const std::vector<double>& told, double low, double high) {
     return told.empty() ? gap::SignalUnit{"", low, high} : gap::SignalUnit{"", told[0], told[1]};
   };
-  gap::Record converted = gap::in_models_units(
-      {.period_s = r.period_s, .pv = r.pv, .sp = r.sp, .co = r.co, .stem = r.stem}, model,
-      unit(options.pv_range, model.transmitter.low, model.transmitter.high),
+  static_cast<numeric::LoopRecord&>(r) = gap::in_models_units(
+      r, model, unit(options.pv_range, model.transmitter.low, model.transmitter.high),
       unit(options.co_range, pid.output_low, pid.output_high));
-  r.pv = std::move(converted.pv);
-  r.sp = std::move(converted.sp);
-  r.co = std::move(converted.co);
-  r.stem = std::move(converted.stem);
   if (!options.clip_co) return;
   for (double& v : r.co) v = std::clamp(v, pid.output_low, pid.output_high);
 }
 
 // Asks whether the record has other units, with the options for both answers. Empty: the model's
 // units fit.
-std::string unit_question(const gap::Record& record, const plant::LoopModel& model) {
+std::string unit_question(const numeric::LoopRecord& record, const plant::LoopModel& model) {
   const std::optional<gap::OtherUnit> found = gap::other_unit(record, model);
   if (!found) return {};
   std::string names;
@@ -295,14 +284,12 @@ std::string unit_question(const gap::Record& record, const plant::LoopModel& mod
 
 // Replaces PV by the stem. SP is removed, because it does not apply to the stem.
 void take_stem(record::Record& r, const std::string& name) {
-  if (!r.has_stem) {
+  if (r.stem.empty()) {
     fail(kExitData, "{}: has no column stem. Name it: --map pv=NAME,co=NAME,stem=NAME", name);
   }
-  if (!r.has_co) fail(kExitData, "{}: has no column co, which the stem should follow", name);
+  if (r.co.empty()) fail(kExitData, "{}: has no column co, which the stem should follow", name);
   r.pv = r.stem;
-  r.missing_pv = r.missing_stem;
   r.sp.clear();
-  r.has_sp = false;
 }
 
 // Returns the deviations within which an archive kept PV and CO. If that of CO is undecidable, it
@@ -369,7 +356,7 @@ Found look_for_gap(GapOptions options, const plant::LoopModel& model) {
     convert_units(imported.record, model, options);
     draw_for_judging(imported);
     leave_out_guesses(imported);
-    gap::Record record = stretch_of(imported.record, options, first_s);
+    numeric::LoopRecord record = stretch_of(imported.record, options, first_s);
     record.pv_as_stored = !imported.pv_drawn.empty();
     if (options.late > 0) record = gap::with_co_moved_back(record, options.late);
     if (!options.controller_known) record.sp.clear();
@@ -477,10 +464,9 @@ int run_gap_on_assumed_model(GapOptions options) {
   files.make_folder(out);
   try {
     double first_s = 0.0;
-    std::vector<double> mode;
     record::Imported imported = read_loop(options);
     choose_stretch(imported, options);
-    const gap::Record record = stretch_of(imported.record, options, first_s, &mode);
+    const numeric::LoopRecord record = stretch_of(imported.record, options, first_s);
     if (options.stem) {
       options.model = (out / "model.assumed.yaml").string();
       options.controller_known = false;
@@ -494,13 +480,9 @@ int run_gap_on_assumed_model(GapOptions options) {
       fail(kExitData, "{}: has no column co; a model can't be identified without it: --model",
            options.record);
     }
-    const analysis::AssumedModel assumed =
-        analysis::assumed_model({.co = record.co,
-                                 .pv = record.pv,
-                                 .sp = record.sp,
-                                 .mode = mode,
-                                 .sample_time_s = record.period_s},
-                                options.known);
+    numeric::LoopView loop = record.view();
+    loop.stem = {};
+    const analysis::AssumedModel assumed = analysis::assumed_model(loop, options.known);
     if (!assumed.model) {
       fail(kExitData, "{}: no model can be identified: {} {}", options.record,
            assumed.identification.reason, assumed.identification.settle);

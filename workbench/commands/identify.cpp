@@ -41,12 +41,7 @@ struct IdentifyFindings {
 
 IdentifyFindings look_at(const record::Record& record) {
   IdentifyFindings f;
-  f.process = analysis::identify({.co = record.co,
-                                  .pv = record.pv,
-                                  .sp = record.sp,
-                                  .mode = record.automatic,
-                                  .stem = record.stem,
-                                  .sample_time_s = record.period_s});
+  f.process = analysis::identify(record.view());
   if (f.process.closed_loop) {
     f.no_tangent = "it needs a manual step of CO";
     return f;
@@ -234,7 +229,7 @@ std::string picture(const record::Record& record, const IdentifyFindings& f) {
 int run_identify(const IdentifyOptions& options) {
   try {
     record::Record record = options.input.read(options.record).record;
-    if (!record.has_co) {
+    if (record.co.empty()) {
       fail(kExitData, "{}: has no column co; a process can't be identified without it",
            options.record);
     }

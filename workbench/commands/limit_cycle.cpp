@@ -70,7 +70,7 @@ Simulated simulate_cycle(plant::LoopModel model, const analysis::ValveNonlineari
   const double slow_s =
       valve.backlash ? 0.0 : 2.0 * valve.s / std::max(valve.j, 0.02 * valve.s) * answer_s;
   const double duration_s = std::clamp(60.0 * (answer_s + slow_s), 0.0, 2e6 * model.sample_time_s);
-  const analysis::LoopRecord r = analysis::run_model(model, duration_s);
+  const analysis::SimulatedRecord r = analysis::run_model(model, duration_s);
   const auto tail = [&](const std::vector<double>& column) {
     return std::vector<double>(column.end() - static_cast<std::ptrdiff_t>(column.size() / 2),
                                column.end());

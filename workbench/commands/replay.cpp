@@ -121,7 +121,7 @@ class Explainer {
   }
 
  private:
-  gap::Record record_;
+  numeric::LoopRecord record_;
   double first_s_;
   const plant::LoopModel& twin_;
   unsigned jobs_;
@@ -153,13 +153,14 @@ class Replayer {
 
  private:
   void cycle(std::size_t k) {
-    const MonitorStep step = loop_.add({.period_index = k,
-                                        .sp = record_.has_sp ? record_.sp[k] : record_.pv[k],
-                                        .pv = record_.pv[k],
-                                        .co = record_.co[k],
-                                        .stem = record_.has_stem ? record_.stem[k] : std::nan(""),
-                                        .automatic = true,
-                                        .pv_good = std::isfinite(record_.pv[k])});
+    const MonitorStep step =
+        loop_.add({.period_index = k,
+                   .sp = !record_.sp.empty() ? record_.sp[k] : record_.pv[k],
+                   .pv = record_.pv[k],
+                   .co = record_.co[k],
+                   .stem = !record_.stem.empty() ? record_.stem[k] : std::nan(""),
+                   .automatic = true,
+                   .pv_good = std::isfinite(record_.pv[k])});
     if (loop_.twin() != nullptr) twin_log_.add(loop_, record_.time_s[k]);
     const auto now_ms = static_cast<std::int64_t>(std::llround(1000.0 * record_.time_s[k]));
     switch (step.kind) {
@@ -342,7 +343,7 @@ int run_replay(const ReplayOptions& options) {
   }
   try {
     const record::Record record = options.input.read(options.record).record;
-    if (!record.has_co) {
+    if (record.co.empty()) {
       fail(kExitData, "{}: no column 'co', which a judgement of the valve needs", options.record);
     }
     if (folder) {

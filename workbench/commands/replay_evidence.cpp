@@ -166,10 +166,10 @@ int conclude(bool agree, bool as_json) {
 }
 
 int replay_routine(const Evidence& e, bool as_json) {
-  const Judgement now = watch::judge_routine({.pv = e.pv,
-                                              .co = e.co,
+  const Judgement now = watch::judge_routine({.period_s = e.sample_time_s,
+                                              .pv = e.pv,
                                               .sp = e.sp,
-                                              .sample_time_s = e.sample_time_s,
+                                              .co = e.co,
                                               .co_low = e.co_low,
                                               .co_high = e.co_high});
   const bool agree = same(*e.routine, now);

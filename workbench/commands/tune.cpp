@@ -120,8 +120,8 @@ std::string page(const std::string& model_file, const std::vector<RuleTrial>& ro
   Chart co = pv;
   co.title = "Controller output";
   co.y_label = "CO";
-  const analysis::LoopRecord& first = rows.front().response.record;
-  const std::vector<double> t = time_axis(first.pv.size(), first.sample_time_s);
+  const analysis::SimulatedRecord& first = rows.front().response.record;
+  const std::vector<double> t = time_axis(first.pv.size(), first.period_s);
   pv.lines.push_back({"SP", palette::kGrey, t, first.sp, true});
   for (std::size_t i = 0; i < rows.size(); ++i) {
     if (!rows[i].margins.stable) continue;

@@ -193,7 +193,7 @@ std::string trends(const Outcome& outcome, double estimate) {
   for (const Contender& contender : contenders(outcome.one, estimate)) {
     plant::LoopModel model = outcome.one.model;
     contender.fit(model.controller);
-    const analysis::LoopRecord r = analysis::run_model(model, 4.0 * outcome.one.hold_s);
+    const analysis::SimulatedRecord r = analysis::run_model(model, 4.0 * outcome.one.hold_s);
     const double h = model.sample_time_s;
     const auto from = static_cast<std::size_t>(1.7 * outcome.one.hold_s / h);
     const auto to = static_cast<std::size_t>(2.3 * outcome.one.hold_s / h);

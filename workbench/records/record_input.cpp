@@ -184,50 +184,32 @@ void draw_for_judging(record::Imported& imported) {
     }
   };
   draw(imported.record.pv, imported.notes.pv);
-  if (imported.record.has_co) draw(imported.record.co, imported.notes.co);
+  if (!imported.record.co.empty()) draw(imported.record.co, imported.notes.co);
 }
 
 std::size_t leave_out_manual(record::Record& r) {
-  if (!r.has_mode) return 0;
+  if (r.automatic.empty()) return 0;
   std::size_t left_out = 0;
   for (std::size_t k = 0; k < r.size(); ++k) {
     if (r.automatic[k] != 0.0) continue;
     r.pv[k] = std::numeric_limits<double>::quiet_NaN();
-    if (r.has_co) r.co[k] = std::numeric_limits<double>::quiet_NaN();
+    if (!r.co.empty()) r.co[k] = std::numeric_limits<double>::quiet_NaN();
     ++left_out;
   }
   return left_out;
 }
 
 std::size_t telling_part(const record::Record& r, std::size_t length) {
-  const auto known = [](bool has, const std::vector<double>& column) {
-    return has ? std::span<const double>(column) : std::span<const double>();
-  };
-  return analysis::telling_stretches({.pv = r.pv,
-                                      .co = known(r.has_co, r.co),
-                                      .sp = known(r.has_sp, r.sp),
-                                      .automatic = known(r.has_mode, r.automatic)},
-                                     length, 1)
-      .front();
+  return analysis::telling_stretches(r.view(), length, 1).front();
 }
 
 void keep_telling_part(record::Record& r, std::size_t most, const std::string& name) {
   if (r.size() <= 2 * most) return;
   const std::size_t all = r.size();
-  const auto from = static_cast<std::ptrdiff_t>(telling_part(r, most));
-  for (std::vector<double>* column : {&r.time_s, &r.pv, &r.sp, &r.co, &r.stem, &r.automatic}) {
-    if (column->empty()) continue;
-    *column = std::vector<double>(column->begin() + from,
-                                  column->begin() + from + static_cast<std::ptrdiff_t>(most));
-  }
-  const auto missing = [](const std::vector<double>& column) {
-    return static_cast<std::size_t>(
-        std::count_if(column.begin(), column.end(), [](double v) { return std::isnan(v); }));
-  };
-  r.missing_pv = missing(r.pv);
-  r.missing_sp = missing(r.sp);
-  r.missing_co = missing(r.co);
-  r.missing_stem = missing(r.stem);
+  const std::size_t from = telling_part(r, most);
+  r.time_s.erase(r.time_s.begin(), r.time_s.begin() + static_cast<std::ptrdiff_t>(from));
+  r.time_s.resize(most);
+  static_cast<numeric::LoopRecord&>(r) = r.part(from, from + most);
   fmt::print(stderr, "{}: {} samples: the {:g} s from {:g} s on, in which most moves\n", name, all,
              r.time_s.back() - r.time_s.front(), r.time_s.front());
 }

@@ -36,7 +36,7 @@ std::string stages_table(const twin::Commissioning& made) {
          rows + "</tbody></table>\n";
 }
 
-std::string pictures(const twin::Commissioning& made, const gap::Record& record) {
+std::string pictures(const twin::Commissioning& made, const numeric::LoopRecord& record) {
   const std::size_t every = std::max<std::size_t>(1, record.size() / kDrawnSamples);
   const std::vector<double> time =
       time_axis((record.size() + every - 1) / every, record.period_s * static_cast<double>(every));
@@ -79,8 +79,8 @@ std::string effects_list(const twin::Commissioning& made) {
 }  // namespace
 
 std::string commission_page(const twin::Commissioning& made,
-                            const CommissionDetectability& seen_here, const gap::Record& record,
-                            double seconds) {
+                            const CommissionDetectability& seen_here,
+                            const numeric::LoopRecord& record, double seconds) {
   std::string body = fmt::format("<p><b>{}</b>: {}</p>\n",
                                  base::in_words(twin::to_text(made.outcome)), escaped(made.why));
   for (const std::string& note : made.notes) body += fmt::format("<p>{}</p>\n", escaped(note));

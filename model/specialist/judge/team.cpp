@@ -63,7 +63,7 @@ TeamJudge::TeamJudge(const Team& team)
   }
 }
 
-WindowVerdict TeamJudge::judge(const LoopWindow& window) noexcept {
+WindowVerdict TeamJudge::judge(const numeric::LoopView& window) noexcept {
   return judge(fitter_.fit(window));
 }
 

@@ -28,6 +28,7 @@
 #include <string>
 #include <vector>
 
+#include "model/numeric/loop_record.hpp"
 #include "model/specialist/judge/classes.hpp"
 #include "model/specialist/fit/network_inputs.hpp"
 #include "model/specialist/judge/network.hpp"
@@ -64,7 +65,7 @@ class TeamJudge {
  public:
   explicit TeamJudge(const Team& team);
 
-  WindowVerdict judge(const LoopWindow& window) noexcept;
+  WindowVerdict judge(const numeric::LoopView& window) noexcept;
   // Returns the verdict for existing fits.
   WindowVerdict judge(const WindowFits& found) noexcept;
 

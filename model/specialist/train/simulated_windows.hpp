@@ -30,6 +30,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "model/numeric/loop_record.hpp"
 #include "model/plant/loop_model.hpp"
 #include "model/specialist/judge/classes.hpp"
 #include "model/specialist/fit/loop_window.hpp"
@@ -61,7 +62,7 @@ struct SimulatedWindow {
   // stem.
   double severity_percent = 0.0;
 
-  LoopWindow view() const noexcept { return {pv, co}; }
+  numeric::LoopView view() const noexcept { return {.pv = pv, .co = co}; }
 };
 
 // Returns the names from which `other` is drawn.

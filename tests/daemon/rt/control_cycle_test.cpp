@@ -43,7 +43,7 @@ TEST_CASE("taking over the valve's position is no movement that PV would have to
   loop.run(30);  // at its set point, PV repeats the same number
   CHECK(loop.io.written == Approx(63.0));
   CHECK(loop.fault() == Fault::none);
-  CHECK(static_cast<hal::Reason>(loop.row.pv_reason) == hal::Reason::none);
+  CHECK(loop.row.pv_reason == hal::Reason::none);
 }
 
 TEST_CASE("a frozen PV is an alarm; it moves the valve only if the file has frozen_after") {
@@ -64,12 +64,12 @@ TEST_CASE("a frozen PV is an alarm; it moves the valve only if the file has froz
     loop.run(1);
     lowest = std::min(lowest, loop.row.co);
     highest = std::max(highest, loop.row.co);
-    frozen = static_cast<hal::Reason>(loop.row.pv_reason) == hal::Reason::frozen;
+    frozen = loop.row.pv_reason == hal::Reason::frozen;
     if (!frozen) CHECK(loop.fault() == Fault::none);
   }
   REQUIRE(frozen);
   CHECK(highest - lowest >= 10.0);
-  CHECK(static_cast<hal::Quality>(loop.row.pv_quality) == hal::Quality::uncertain);
+  CHECK(loop.row.pv_quality == hal::Quality::uncertain);
   loop.run(100);
   CHECK(loop.fault() == (acts ? Fault::bad_pv : Fault::none));
   CHECK(loop.mode() == (acts ? Mode::fallback : Mode::automatic));
@@ -91,11 +91,11 @@ TEST_CASE("a read-back out of its range is not known") {
 
 TEST_CASE("a PV at the end of its transmitter's range is good, and this is reported") {
   Loop loop;
-  const auto limit = [&] { return static_cast<hal::Limit>(loop.run(1).pv_limit); };
+  const auto limit = [&] { return loop.run(1).pv_limit; };
   CHECK(limit() == hal::Limit::none);
   loop.io.inputs.process_variable.limit = hal::Limit::high;
   CHECK(limit() == hal::Limit::high);
-  CHECK(static_cast<hal::Quality>(loop.row.pv_quality) == hal::Quality::good);
+  CHECK(loop.row.pv_quality == hal::Quality::good);
   loop.io.inputs.process_variable.limit = hal::Limit::low;
   CHECK(limit() == hal::Limit::low);
   // A value that can't be trusted is at no limit.
@@ -169,7 +169,7 @@ TEST_CASE(
   loop.order({.mode = Mode::automatic});
   loop.run(1);
   CHECK(loop.answer() == Refusal::output_unknown);
-  CHECK(static_cast<Mode>(loop.row.requested_mode) == Mode::manual);
+  CHECK(loop.row.requested_mode == Mode::manual);
   const auto events = loop.take_events();
   CHECK(std::any_of(events.begin(), events.end(),
                     [](const auto& e) { return e.code == EventCode::command_refused; }));
@@ -190,7 +190,7 @@ TEST_CASE("a loop whose output is unknown does not look as if it ran") {
     REQUIRE(loop.io.last.alarm);
     REQUIRE(loop.fault() == Fault::output_unknown);
     REQUIRE(loop.mode() == Mode::fallback);
-    REQUIRE(static_cast<Mode>(loop.row.requested_mode) == mode);
+    REQUIRE(loop.row.requested_mode == mode);
     REQUIRE(std::isnan(loop.row.co));  // no command was sent
     REQUIRE(std::isnan(loop.row.calculated));
     REQUIRE(loop.row.flags == 0);  // an unknown output is at no limit
@@ -457,7 +457,7 @@ TEST_CASE("a PV that grows old counts as bad") {
   CHECK(loop.fault() == Fault::none);
   loop.run(1);
   CHECK(loop.fault() == Fault::bad_pv);
-  CHECK(static_cast<hal::Reason>(loop.row.pv_reason) == hal::Reason::stale);
+  CHECK(loop.row.pv_reason == hal::Reason::stale);
 }
 
 TEST_CASE("a PV that is no number never reaches the output") {
@@ -761,7 +761,7 @@ TEST_CASE("settings that wait don't overrule a newer command") {
   REQUIRE(loop.channels.in_force.fetch(shown));
   CHECK(shown.controller.output.high == 30.0);
   CHECK(shown.controller.pid.gains.kp == 0.125);
-  CHECK(static_cast<control::JacketForm>(loop.row.jacket_form) == control::JacketForm::off);
+  CHECK(loop.row.jacket_form == control::JacketForm::off);
 }
 
 TEST_CASE("settings that wait are not applied during a fault's action") {
@@ -1213,7 +1213,7 @@ TEST_CASE("in one cycle the operator has the last word, then the master, then th
   loop.run(1);
   CHECK(loop.mode() == Mode::manual);
   CHECK(loop.channels.set_point_wanted.load() == 61.0);
-  CHECK(static_cast<control::JacketForm>(loop.row.jacket_form) == control::JacketForm::off);
+  CHECK(loop.row.jacket_form == control::JacketForm::off);
   // By then the master has withdrawn the output from the operator's command, or allowed it.
   loop.channels.operator_commands.commands.try_push({.output = 45.0});
   loop.channels.master_commands.commands.try_push({.mode = Mode::automatic});

@@ -60,8 +60,8 @@ class Loop {
   record::RecordRow run_for(double seconds) {
     return run(static_cast<int>(std::lround(seconds / kPeriod)));
   }
-  control::Fault fault() const { return static_cast<control::Fault>(row.fault); }
-  control::Mode mode() const { return static_cast<control::Mode>(row.mode); }
+  control::Fault fault() const { return row.fault; }
+  control::Mode mode() const { return row.mode; }
   // As the operator; `answer()` tells what became of it.
   bool order(const daemon::rt::Command& order) {
     return channels.operator_commands.commands.try_push(order);

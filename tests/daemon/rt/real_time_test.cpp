@@ -310,7 +310,7 @@ TEST_CASE("cycles on a replayed record, to its end and beyond, neither allocate 
     known += std::isfinite(row.pv) ? 1 : 0;
   }
   CHECK(known == 100);
-  CHECK(static_cast<hal::Reason>(row.pv_reason) == hal::Reason::end_of_record);
+  CHECK(row.pv_reason == hal::Reason::end_of_record);
   check_no_offence();
 }
 

@@ -114,8 +114,8 @@ struct Bench {
     r.pv = 50.0 + static_cast<double>(r.period_index % 7);
     r.co = 40.0 + static_cast<double>(r.period_index % 5);
     r.stem = r.co;
-    r.mode = static_cast<std::uint8_t>(control::Mode::automatic);
-    r.pv_quality = static_cast<std::uint8_t>(hal::Quality::good);
+    r.mode = control::Mode::automatic;
+    r.pv_quality = hal::Quality::good;
     return r;
   }
   void run(std::uint64_t cycles, std::size_t loop = 0) {
@@ -275,11 +275,11 @@ TEST_CASE("a fault in enough windows is an alarm, and clears when the valve is r
 TEST_CASE("a lost device raises process alarms, with their reasons in the journal", "[monitor]") {
   const auto lost = [](RecordRow& row) {
     row.pv = std::nan("");
-    row.pv_quality = static_cast<std::uint8_t>(hal::Quality::bad);
-    row.pv_reason = static_cast<std::uint8_t>(hal::Reason::link_lost);
+    row.pv_quality = hal::Quality::bad;
+    row.pv_reason = hal::Reason::link_lost;
     row.flags |= record::kOutputLost;
-    row.fault = static_cast<std::uint8_t>(control::Fault::output_lost);
-    row.mode = static_cast<std::uint8_t>(control::Mode::fallback);
+    row.fault = control::Fault::output_lost;
+    row.mode = control::Mode::fallback;
   };
   Bench bench;
   bench.run(20);
@@ -310,8 +310,7 @@ TEST_CASE("a lost device raises process alarms, with their reasons in the journa
     CHECK(bench.state(AlarmKind::not_normal_mode) == AlarmState::normal);
   }
   SECTION("a consequence is raised once it is an alarm without its cause") {
-    bench.run_spoilt(
-        601, [](RecordRow& row) { row.mode = static_cast<std::uint8_t>(control::Mode::manual); });
+    bench.run_spoilt(601, [](RecordRow& row) { row.mode = control::Mode::manual; });
     CHECK(bench.state(AlarmKind::output_lost) == AlarmState::returned_unacknowledged);
     CHECK(bench.state(AlarmKind::not_normal_mode) == AlarmState::unacknowledged);
     CHECK(bench.reasons(AlarmKind::not_normal_mode).back() == "what it followed from has gone");
@@ -343,7 +342,7 @@ TEST_CASE("a limit alarm has the limit and PV; a deviation is off in manual", "[
   const auto high = [](RecordRow& row) {
     row.pv = 61.5;
     row.sp = 50.0;
-    row.mode = static_cast<std::uint8_t>(control::Mode::automatic);
+    row.mode = control::Mode::automatic;
   };
   bench.run_spoilt(101, high);
   CHECK(bench.state(AlarmKind::pv_high) == AlarmState::unacknowledged);
@@ -354,7 +353,7 @@ TEST_CASE("a limit alarm has the limit and PV; a deviation is off in manual", "[
   CHECK(bench.board->snapshot(0).flaps[alarm::index_of(AlarmKind::pv_high)] == 1);
   bench.run_spoilt(610, [&](RecordRow& row) {
     high(row);
-    row.mode = static_cast<std::uint8_t>(control::Mode::manual);
+    row.mode = control::Mode::manual;
   });
   CHECK(bench.state(AlarmKind::deviation) == AlarmState::returned_unacknowledged);
   CHECK_FALSE(bench.board->act(0, {AlarmKind::pv_low, alarm::AlarmAction::acknowledge, 0, "me", {}})
@@ -371,7 +370,7 @@ TEST_CASE("each loop has its own process alarms, with or without specialists", "
                   *bench.board);
   for (int i = 0; i <= 100; ++i) {
     RecordRow unknown = bench.row(0);
-    unknown.fault = static_cast<std::uint8_t>(control::Fault::output_unknown);
+    unknown.fault = control::Fault::output_unknown;
     REQUIRE(bench.rings[0]->try_push(unknown));
     REQUIRE(bench.rings[1]->try_push(bench.row(1)));
   }
@@ -420,15 +419,15 @@ TEST_CASE(
   RecordRow broken = bench.row(0);
   WindowState why = WindowState::valid;
   SECTION("manual") {
-    broken.mode = static_cast<std::uint8_t>(control::Mode::manual);
+    broken.mode = control::Mode::manual;
     why = WindowState::not_automatic;
   }
   SECTION("bad PV") {
-    broken.pv_quality = static_cast<std::uint8_t>(hal::Quality::bad);
+    broken.pv_quality = hal::Quality::bad;
     why = WindowState::bad_pv;
   }
   SECTION("uncertain PV") {
-    broken.pv_quality = static_cast<std::uint8_t>(hal::Quality::uncertain);
+    broken.pv_quality = hal::Quality::uncertain;
     why = WindowState::bad_pv;
   }
   SECTION("a gap") {

@@ -70,7 +70,7 @@ TEST_CASE("Hammerstein: CO that only echoes PV through the controller proves no 
     co.push_back(-pv.back());
   }
   CHECK(fit_hammerstein(pv, co).evidence < DiagnosisLimits::kHammersteinVotes);
-  CHECK(diagnose({.pv = pv, .co = co, .sp = {}}).verdict != DiagnosisVerdict::valve_effect);
+  CHECK(diagnose({.period_s = 1.0, .pv = pv, .co = co}).verdict != DiagnosisVerdict::valve_effect);
 }
 
 TEST_CASE("Hammerstein: one step does not hide the sticking in the other samples") {

@@ -115,8 +115,7 @@ Prepared prepared(const Series& co, double low = 0.0, double high = 100.0) {
   Series pv;
   double y = co.front();
   for (const double u : co) pv.push_back(y += 0.2 * (u - y));
-  return prepare(
-      {.pv = pv, .co = co, .sp = {}, .sample_time_s = 1.0, .co_low = low, .co_high = high});
+  return prepare({.period_s = 1.0, .pv = pv, .co = co, .co_low = low, .co_high = high});
 }
 
 TEST_CASE("CO between its limits is saturation, a stretch away from them is judged") {

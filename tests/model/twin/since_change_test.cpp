@@ -28,7 +28,7 @@ twin::SinceChange named(const std::vector<std::pair<effects::EffectSpec, Block>>
   for (const auto& [spec, block] : faults) {
     truth.scenario.faults.push_back({spec, block, {.from_s = kAt_s}});
   }
-  const gap::Record record = test::run_of(truth, 900.0);
+  const numeric::LoopRecord record = test::run_of(truth, 900.0);
   const auto sample = [&](double t) { return static_cast<std::size_t>(t / record.period_s); };
   return twin::since_change(record, {sample(earliest_s), sample(likeliest_s)}, twin, test::serial);
 }
@@ -95,7 +95,7 @@ TEST_CASE("a stick is found however long the valve cycles on a constant set poin
     truth.scenario.set_point = {{0.0, 4.0}, {20.0, 5.0}, {kAt_s + 60.0, 6.0}};
     truth.scenario.faults.push_back(
         {{"stiction", {{"s", s}, {"j", j}}}, Block::valve, {.from_s = kAt_s}});
-    const gap::Record record = test::run_of(truth, 1500.0);
+    const numeric::LoopRecord record = test::run_of(truth, 1500.0);
     const auto change = static_cast<std::size_t>(kAt_s / record.period_s);
     const auto found = twin::since_change(record, {change, change}, twin, test::serial);
     CAPTURE(s, j);

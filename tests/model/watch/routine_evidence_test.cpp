@@ -62,8 +62,8 @@ bool stiction_is_seen(const SmallLoop::Run& run, std::size_t end) {
   constexpr std::size_t kBoth = 2 * watch::WatchLimits::kRoutineSamples;
   const std::span<const double> pv(run.pv);
   const std::span<const double> co(run.co);
-  const RoutineWatch::Judgement both = judge_routine(
-      {.pv = pv.subspan(end - kBoth, kBoth), .co = co.subspan(end - kBoth, kBoth), .sp = {}});
+  const RoutineWatch::Judgement both =
+      judge_routine({.pv = pv.subspan(end - kBoth, kBoth), .co = co.subspan(end - kBoth, kBoth)});
   return both.verdict == diagnosis::DiagnosisVerdict::valve_effect &&
          both.fault == AlarmKind::stiction && both.grade == diagnosis::Grade::seen;
 }

@@ -81,7 +81,7 @@ TEST_CASE("a window holds the newest samples, in order, independent of earlier o
     }
     CHECK(as_expected);
     CHECK(builder.last_period() == k);
-    CHECK(w.sample_time_s == 0.1);
+    CHECK(w.period_s == 0.1);
     CHECK(w.pv_low == 1.0);
     CHECK(w.pv_high == 2.0);
     CHECK(w.co_low == 3.0);
@@ -96,7 +96,7 @@ TEST_CASE("decimation averages, so that a fast loop covers the same time", "[mon
   REQUIRE(full.size() == 1);
   CHECK(full.front() == 10 * kWindowSamples - 1);
   const alarm::Window w = builder.window();
-  CHECK(w.sample_time_s == Approx(0.1));
+  CHECK(w.period_s == Approx(0.1));
   CHECK(w.pv[0] == Approx(4.5 + 0.2));
   CHECK(w.pv[960] == Approx(9604.5 + 0.2));
 }

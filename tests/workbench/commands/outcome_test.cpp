@@ -161,7 +161,7 @@ TEST_CASE("the fitter's finding is kept, shown by the next survey, and exported 
   const record::Record r = record::read_record(site.folder() / "a/record-0002.csv");
   CHECK(r.time_s.front() == 0.0);
   CHECK(r.size() == 3601);
-  CHECK(r.has_mode);
+  CHECK(!r.automatic.empty());
   CHECK(r.pv.front() == Approx(45.0).margin(1.0));  // 18 of 0 to 40
   CHECK(r.co.front() == Approx(50.0).margin(1.0));  // 12 of 4 to 20
   for (const auto& entry : fs::directory_iterator(site.folder() / "a")) {

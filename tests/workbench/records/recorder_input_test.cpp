@@ -87,7 +87,7 @@ class RecordedLoop {
       row.pv = r.pv[k];
       row.co = r.co[k];
       row.stem = std::nan("");
-      row.mode = 1;
+      row.mode = control::Mode::automatic;
       writer.append({&row, 1});
     }
   }
