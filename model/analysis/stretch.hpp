@@ -18,8 +18,8 @@
 namespace loopwarden::analysis {
 
 // Returns the first sample of the best stretch of `length` samples in each of `parts` equal parts
-// of the record, in order. CO, SP and `automatic` may be empty. Parts without movement are left out. The result is 0 for a record that
-// is not longer than `length`.
+// of the record, in order. CO, SP and `automatic` may be empty. Parts without movement are left
+// out. The result is 0 for a record that is not longer than `length`.
 std::vector<std::size_t> telling_stretches(const numeric::LoopView& record, std::size_t length,
                                            std::size_t parts);
 
