@@ -62,6 +62,9 @@ void LoopSupervisor::watch(const MonitoredLoop& loop, Raised raised) {
                  : std::make_unique<History>(loop.history_s, loop.twin->sample_time_s);
   corrective_ = std::make_unique<CorrectiveControl>(loop.corrective, loop.channels, loop.twin,
                                                     loop.window.sample_time_s, alarms_);
+  if (loop.loop != nullptr) {
+    moves_.emplace(*loop.loop, loop.window.sample_time_s, loop.moves_lease);
+  }
   if (const watch::ControllerWatch* controller = detectors_->monitor.controller()) {
     alarms_.controller_not_watched(controller->why_not());
   }
@@ -81,6 +84,7 @@ void LoopSupervisor::restore_detectors() {
 }
 
 LoopSupervisor::Turn LoopSupervisor::take_turn() {
+  if (moves_) moves_->take_turn();
   corrective_->attend();
   detectors_->monitor.calm(corrective_->suppresses_cycling());
   Turn turn;

@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "model/control/loop_controller.hpp"
+#include "model/control/simulated_controller.hpp"
 #include "model/plant/plant.hpp"
 #include "model/numeric/random.hpp"
 
@@ -182,7 +182,7 @@ class Trial {
 
   const CalmTrial& trial_;
   Truth plant_;
-  control::LoopController controller_;
+  control::SimulatedController controller_;
   numeric::Random read_back_noise_;
   double stem_resolution_;         // CO units
   double read_back_ = 0.0;         // CO units

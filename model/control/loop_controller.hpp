@@ -64,6 +64,7 @@ struct ControllerInputs {
   bool valve_position_valid = false;
   double read_back = 0.0;  // CO units, as measured: for planned_moves
   bool read_back_valid = false;
+  MovesRequest moves{};  // newest request of planned moves
 };
 
 struct ControllerOutput {
@@ -124,6 +125,11 @@ class LoopController {
   Mode requested_mode() const noexcept { return requested_; }
   Mode mode() const noexcept { return mode_; }
   const Compensator& compensator() const noexcept { return law_.compensator; }
+  // Sample of the newest period for planned moves; null if they did not run in it.
+  const MovesSample* moves_sample() const noexcept {
+    const MoveHold* hold = law_.compensator.hold();
+    return mode_ == Mode::automatic && hold != nullptr ? &hold->sample() : nullptr;
+  }
   const StickbandJacket& jacket() const noexcept { return law_.jacket; }
   const ControllerSettings& settings() const noexcept { return law_.settings; }
 

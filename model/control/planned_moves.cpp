@@ -24,13 +24,6 @@ PlannedMoves::PlannedMoves(const PlannedMovesSettings& settings, bool shadow,
       sequence_(settings, shadow, period_s),
       response_(settings) {}
 
-void PlannedMoves::reset(double output) noexcept {
-  const MoveBudget before = budget_;
-  *this = PlannedMoves(settings_, loop_.shadow(), period_s_);
-  budget_.continue_hour(before, loop_.shadow());
-  held_.output = output;
-}
-
 void PlannedMoves::continue_hour(const PlannedMoves& before) noexcept {
   budget_.continue_hour(before.budget_, loop_.shadow());
 }
@@ -41,33 +34,40 @@ void PlannedMoves::act() noexcept {
   budget_.begin_acting();
   sequence_.begin_acting(loop_.seen());
   disengagement_ = {};
-  pending_.engage = baseline_.variance > 0.0;
-  pending_.resume = false;
+  pending_ = {.engage = baseline_.variance > 0.0};
   phase_ = MovePhase::watching;
 }
 
-Correction PlannedMoves::step(const CompensatorInputs& in) noexcept {
+MovesRequest PlannedMoves::step(const MovesSample& sample) noexcept {
+  const CompensatorInputs& in = sample.in;
   watch_.now_s += period_s_;
   loop_.observe(in, is_active(), phase_ == MovePhase::watching, held_.output);
-  pending_.release = false;
-  held_.pass(has_arrived(in.limits, held_.output, commanded(in), period_s_), period_s_);
+  held_.pass(has_arrived(sample), period_s_);
   planner_.pass(period_s_);
   probe_.pass();
   budget_.pass();
-  const bool may_begin = pending_.engage || (pending_.resume && budget_.allows(1.0));
-  if (may_begin && watch_.settled() && may_probe()) {
-    pending_.engage ? engage(in) : resume(in);
+  if (is_active()) {
+    sample.holding ? control(in) : disengage(DisengageReason::interrupted);
   } else if (phase_ == MovePhase::disengaged) {
     watch_again();
-  } else if (phase_ == MovePhase::watching) {
-    watch();
   } else {
-    control(in);
+    await_hold(sample);
   }
   controller_before_ = in.output;
-  if (!is_active()) return {.release = pending_.release};
-  held_.hold(held_.output, in.limits);
-  return {.added = held_.output - in.output, .hold_integral = true};
+  if (is_active()) held_.hold(held_.output, in.limits);
+  return request(in);
+}
+
+MovesRequest PlannedMoves::request(const CompensatorInputs& in) const noexcept {
+  const double band = Limits::kBandErrors * std::sqrt(baseline_.variance) +
+                      Limits::kBandNoise * std::sqrt(loop_.disturbance().noise_variance());
+  const HoldAction idle = pending_.hold ? HoldAction::hold_here : HoldAction::release;
+  return {.action = is_active() ? HoldAction::hold_at : idle,
+          .output = held_.output,
+          .pv_low = std::min(in.process_variable, in.set_point) - band,
+          .pv_high = std::max(in.process_variable, in.set_point) + band,
+          .disengaged =
+              phase_ == MovePhase::disengaged ? disengagement_.reason : DisengageReason::none};
 }
 
 MovesState PlannedMoves::state() const noexcept {
@@ -93,6 +93,14 @@ double PlannedMoves::settle_s() const noexcept {
 // CO one period ago, in shadow that of the shadow loop.
 double PlannedMoves::commanded(const CompensatorInputs& in) const noexcept {
   return loop_.shadow() ? loop_.shadow_output() : in.commanded;
+}
+
+// Whether CO is at the output that is to be held, in shadow that of the shadow loop. A request
+// takes effect some samples later; a stem that is pushed on does not start the time again.
+bool PlannedMoves::has_arrived(const MovesSample& sample) const noexcept {
+  const bool requested = loop_.shadow() || held_.held_s > 0.0 || sample.held == held_.output;
+  return requested &&
+         control::has_arrived(sample.in.limits, held_.output, commanded(sample.in), period_s_);
 }
 
 PlanningState PlannedMoves::planning_state() const noexcept {
@@ -159,18 +167,29 @@ bool PlannedMoves::may_probe() const noexcept {
          Limits::kProbeCost * Limits::kExcess * baseline_.cycle_s * baseline_.variance;
 }
 
-void PlannedMoves::take_over(const CompensatorInputs& in) noexcept {
-  pending_.engage = pending_.resume = false;
-  held_.output = in.applied;
-  loop_.take_over(in.applied);
-  sequence_.take_over(loop_.read_back().stem().position);
-  response_.take_over();
-  planner_.follow(in.set_point);
+// Under PI: has the controller hold CO when planned moves may begin, and begins once it does.
+void PlannedMoves::await_hold(const MovesSample& sample) noexcept {
+  const bool wanted = pending_.engage || (pending_.resume && budget_.allows(1.0));
+  const bool may_begin = wanted && watch_.settled() && may_probe();
+  if (may_begin && pending_.hold && sample.holding) return take_over(sample);
+  // A hold of before must have ended.
+  pending_.hold = may_begin && (pending_.hold || !sample.holding);
+  watch();
 }
 
-void PlannedMoves::engage(const CompensatorInputs& in) noexcept {
+void PlannedMoves::take_over(const MovesSample& sample) noexcept {
+  const bool engages = pending_.engage;
+  pending_ = {};
+  held_.output = sample.held;
+  loop_.take_over(sample.held);
+  sequence_.take_over(loop_.read_back().stem().position);
+  response_.take_over();
+  planner_.follow(sample.in.set_point);
+  engages ? engage() : resume();
+}
+
+void PlannedMoves::engage() noexcept {
   const double j = loop_.friction().j();
-  take_over(in);
   benefit_.restart();
   response_.restart();
   sequence_.restart();
@@ -183,8 +202,7 @@ void PlannedMoves::engage(const CompensatorInputs& in) noexcept {
   begin_probe();
 }
 
-void PlannedMoves::resume(const CompensatorInputs& in) noexcept {
-  take_over(in);
+void PlannedMoves::resume() noexcept {
   phase_ = MovePhase::resting;
   rested_s_ = 0.0;
 }
@@ -198,13 +216,12 @@ void PlannedMoves::disengage(DisengageReason reason) noexcept {
   disengagement_.reason = reason;
   disengagement_.watch_at_s =
       latched ? Limits::kNever : watch_.now_s + Limits::kRestCycles * baseline_.cycle_s;
-  pending_.release = true;
 }
 
 // The controller follows the set point until a move is allowed and PV is to settle near it.
 void PlannedMoves::hand_over() noexcept {
   phase_ = MovePhase::watching;
-  pending_.release = pending_.resume = true;
+  pending_.resume = true;
 }
 
 // ---- under planned moves

@@ -56,6 +56,10 @@ struct PlannedMovesLimits {
   static constexpr double kSaved = 1.0;           // cycles of v0, most that is saved against it
   static constexpr double kLargestSquare = 16.0;  // of v0: most that one sample counts
 
+  // Band of PV in which the controller holds CO: below and above PV and SP of the newest sample.
+  static constexpr double kBandErrors = 4.0;  // sqrt(v0)
+  static constexpr double kBandNoise = 8.0;   // standard deviations of PV's noise
+
   // Disengagement.
   static constexpr double kRestCycles = 10.0;          // until the loop is watched again
   static constexpr std::uint32_t kDisengagements = 3;  // the last of them latches

@@ -313,7 +313,7 @@ TEST_CASE("a command that the mode forbids gets exception 06, and is refused in 
   SECTION("automatic while the position of the output is unknown") {
     availability = {.mode = control::Mode::manual, .output_known = false};
     CHECK(bench.write("mode", {1}) == Exception::busy);
-    refused("not known");
+    refused("output position unknown");
   }
   SECTION("automatic during a fault that ends in manual") {
     availability = {

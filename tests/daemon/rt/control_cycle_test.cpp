@@ -1088,6 +1088,80 @@ TEST_CASE("in manual no state of planned moves is shown, because they are not st
   CHECK(loop.channels.moves.read());
 }
 
+// A loop that planned moves hold, with a stopped monitor and a PV that the controller would follow.
+struct HeldLoop : Loop {
+  HeldLoop() : Loop(with_moves()) {
+    monitor_runs = false;
+    io.set_pv(49.0);
+    run(3);
+    request(control::HoldAction::hold_here);
+    run(1);
+    REQUIRE((row.flags & record::kCompensatorActs) != 0);
+  }
+  static LoopSettings with_moves() {
+    auto settings = plain_settings();
+    settings.controller.compensator = {
+        .kind = control::CompensatorKind::planned_moves,
+        .planned = {.gain = 1.0, .time_constant_s = 2.0, .dead_time_s = 1.0, .s = 0.6, .j = 0.3}};
+    return settings;
+  }
+  // Answers the newest sample, valid for kLeft cycles.
+  void request(control::HoldAction action) {
+    control::MovesSample sample;
+    while (channels.moves_samples.try_pop(sample)) {
+    }
+    channels.moves_requests.publish({.run = sample.run,
+                                     .shadow = sample.shadow,
+                                     .valid_until = sample.number + kLeft,
+                                     .action = action,
+                                     .output = sample.held});
+  }
+  static constexpr int kLeft = 10;
+};
+
+TEST_CASE("planned moves hold CO until their request is too old; then the controller continues") {
+  HeldLoop loop;
+  const double held = loop.row.co;
+  loop.run(HeldLoop::kLeft - 1);
+  CHECK(loop.row.co == held);
+  loop.run(1);
+  CHECK((loop.row.flags & record::kCompensatorActs) == 0);
+  CHECK(loop.row.co == Approx(held).margin(0.1));  // ki e h is 0.05
+  loop.run(20);
+  CHECK(loop.row.co > held + 0.5);
+}
+
+TEST_CASE("what ends a hold of planned moves at once, and keeps it from going on afterwards") {
+  HeldLoop loop;
+  const double held = loop.row.co;
+  SECTION("an operator's output") {
+    loop.order({.mode = Mode::manual, .output = held + 3.0});
+    loop.run(1);
+    CHECK(loop.row.co == Approx(held + 3.0));
+    loop.order({.mode = Mode::automatic});
+  }
+  SECTION("a bad PV") {
+    loop.io.set_pv(std::numeric_limits<double>::quiet_NaN());
+    loop.run(2);
+    CHECK(loop.fault() == Fault::bad_pv);
+    loop.io.set_pv(49.0);
+    loop.run(6);
+    loop.order({.mode = Mode::automatic});
+  }
+  SECTION("a reload") {
+    auto settings = HeldLoop::with_moves();
+    settings.controller.compensator.planned.s = 0.7;
+    loop.channels.settings.publish({settings, 1});
+  }
+  loop.run(1);
+  REQUIRE(loop.mode() == Mode::automatic);
+  CHECK((loop.row.flags & record::kCompensatorActs) == 0);
+  const double before = loop.row.co;
+  loop.run(1);
+  CHECK(loop.row.co == Approx(before).margin(0.1));
+  CHECK((loop.row.flags & record::kCompensatorActs) == 0);
+}
+
 TEST_CASE("an uncertain PV counts as bad unless the configuration accepts it") {
   const bool good = GENERATE(true, false);
   auto settings = plain_settings();

@@ -43,7 +43,7 @@ TEST_CASE("a characteristic is learned as a curve of the flow", "[gap][learn]") 
   CHECK(result.effects[0].confidence < 0.9);
   REQUIRE(result.corrected.valve_effects.size() == 1);
   CHECK(result.corrected.valve_effects[0] == result.effects[0].spec);
-  CHECK(result.sentence.find("No name fits") == 0);
+  CHECK(result.sentence.find("No effect of the catalogue fits") == 0);
 }
 
 TEST_CASE("play is learned as plays, and a slow tail as lags", "[gap][learn]") {

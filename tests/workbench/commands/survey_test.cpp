@@ -371,7 +371,7 @@ TEST_CASE(
   const std::string own =
       read_file(plant.folder() / "one/pages" /
                 ("0001-" + survey["loops"][0]["tag"].get<std::string>() + ".html"));
-  for (const char* part : {"2026-03-01 10:00", "in nine of ten cases", "SP crossings /h",
+  for (const char* part : {"2026-03-01 10:00", "90 % interval", "SP crossings /h",
                            "<dt>Clock</dt><dd>UTC</dd>", "\"start_s\":1772359200.0"}) {
     INFO(part);
     CHECK(own.find(part) != std::string::npos);

@@ -120,7 +120,7 @@ TEST_CASE("the page shows both floors, and what the remaining error follows", "[
   CHECK(contains(page, "99.7 % against the transmitter's floor alone"));
   CHECK(contains(page, "it follows SP and CO"));
   result.floor = {.transmitter_rmse = 0.012, .why_not_tested = "SP stands there"};
-  CHECK(contains(page_of(result), "can't be tested for a load: SP stands there"));
+  CHECK(contains(page_of(result), "cannot be tested for a disturbance: SP stands there"));
 }
 
 TEST_CASE("the report shows all findings, with the sentence first", "[gap][report]") {
