@@ -61,21 +61,21 @@ std::string says(const control::MovesState& moves) {
   switch (moves.phase) {
     case Phase::watching:
       line += moves.waits ? ": engages when PV is to settle near the set point"
-                          : fmt::format(": the loop without it, {} of {} to {} cycles",
+                          : fmt::format(": measuring the loop under PI, cycle {} of {} to {}",
                                         moves.cycles_watched,
                                         control::PlannedMovesLimits::kLeastCyclesWatched,
                                         control::PlannedMovesLimits::kMostCyclesWatched);
       break;
-    case Phase::probing: line += ": does the stem follow?"; break;
+    case Phase::probing: line += ": testing whether the stem follows"; break;
     case Phase::resting:
-      line += fmt::format(": PV will settle {:.3g} off; a move pays from {:.3g}",
+      line += fmt::format(": PV will settle {:.3g} off; threshold for a move {:.3g}",
                           std::abs(moves.expected_offset), moves.action_threshold);
       break;
     case Phase::backing_off:
     case Phase::moving: line += fmt::format(": CO to {:.4g}", moves.output); break;
     case Phase::disengaged: line += fmt::format(": {}", control::to_text(moves.reason)); break;
   }
-  if (moves.gain > 0.0) line += fmt::format("; RMS {:.2f} of that without", moves.gain);
+  if (moves.gain > 0.0) line += fmt::format("; RMS reduced to {:.0f} %", 100.0 * moves.gain);
   return line;
 }
 

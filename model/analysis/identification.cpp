@@ -829,11 +829,11 @@ Tangent tangent_method(std::span<const double> co, std::span<const double> pv,
     }
   }
   if (travel > 1.05 * largest) {
-    throw IdentificationError("the tangent needs a record with one step of CO and no other move");
+    throw IdentificationError("the record needs exactly one step of CO");
   }
   const auto mean = [&](std::size_t from, std::size_t to) {
     const double value = mean_of(c.measured, from, to);
-    if (std::isnan(value)) throw IdentificationError("PV is missing where the tangent needs it");
+    if (std::isnan(value)) throw IdentificationError("PV is missing during the step");
     return value;
   };
   const std::size_t n = c.measured.size();

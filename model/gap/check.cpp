@@ -98,10 +98,9 @@ void take_spikes_out(CheckedRecord& out, const std::vector<double>& pv) {
   for (std::size_t k = 0; k < pv.size(); ++k) {
     if (out.reading.spikes.at[k]) out.used[k] = false;
   }
-  out.quality.notes.push_back(
-      {"spikes",
-       text("%zu samples of PV in %zu spikes of %.3g: passed over", out.reading.spikes.samples,
-            out.reading.spikes.count, out.reading.spikes.size)});
+  out.quality.notes.push_back({"spikes", text("%zu samples of PV in %zu spikes of %.3g: skipped",
+                                              out.reading.spikes.samples, out.reading.spikes.count,
+                                              out.reading.spikes.size)});
 }
 
 }  // namespace

@@ -172,7 +172,7 @@ std::string check_pv(const LoopRecord& record, const plant::LoopModel& model, Re
   if (missing > 0 && !record.pv_as_stored) {
     note(check, "missing",
          std::to_string(missing) +
-             " samples of PV are missing or far outside the transmitter's range; passed over");
+             " samples of PV are missing or far outside the transmitter's range; skipped");
   }
   const std::vector<double> pv = held(record.pv);
   check.noise_rms = record.pv_as_stored ? noise_of_stored(record.pv) : noise_of(record.pv);

@@ -143,8 +143,7 @@ std::vector<FoundEffect> describe_effects(const Decision& decision, Proof proof,
           info->more_by != nullptr ? effect.interval.find(info->more_by) : effect.interval.end();
       if (interval != effect.interval.end() && !(interval->second[0] > 0.0)) {
         effect.confidence = std::min(effect.confidence, kMostLikeSimpler);
-        doubt = text("; %s can't be told from 0 here: something simpler may be as right",
-                     info->more_by);
+        doubt = text("; %s could also be 0: a simpler effect may be as likely", info->more_by);
       }
       for (const char* part : info->made_of) {
         if (std::find(effect.alternatives.begin(), effect.alternatives.end(), part) ==
@@ -162,12 +161,13 @@ std::vector<FoundEffect> describe_effects(const Decision& decision, Proof proof,
           "level or units)",
           100.0 * kLargeValveEffect);
     }
-    effect.evidence = text(
-                          "adding it (%s) reduces the rmse of the free run from %.3g to %.3g on the "
-                          "fitted data; the best explanation without it is %s",
-                          parameters_text(effect.spec).c_str(), search.base_rmse,
-                          search.chosen.training_rmse, how_far(named.lead_nats)) +
-                      doubt;
+    effect.evidence =
+        text(
+            "adding it (%s) reduces the rmse of the free run from %.3g to %.3g on the "
+            "fitted data; the best explanation without it is %s",
+            parameters_text(effect.spec).c_str(), search.base_rmse, search.chosen.training_rmse,
+            how_far(named.lead_nats)) +
+        doubt;
     out.push_back(std::move(effect));
   }
   return out;
@@ -271,7 +271,7 @@ std::vector<FoundEffect> describe_reading(const ReadingFinding& reading,
     add({"spikes", {{"share", share}, {"size", reading.spikes.size}}},
         text("PV leaves its course within one sample and is back within one, %zu times, as no "
              "process does: "
-             "these samples are passed over",
+             "these samples are skipped",
              reading.spikes.count));
   }
   if (!where.empty()) {
@@ -317,7 +317,8 @@ std::string hidden_by_load(const SearchResult& search, const ModelFit& model_fit
 
 std::string sentence_of(const Summary& r) {
   if (r.outcome == Outcome::no_gap) {
-    return text("The model explains the record. The remaining error, %.3g rms, is %s.", r.after.rmse,
+    return text("The model explains the record. The remaining error, %.3g rms, is %s.",
+                r.after.rmse,
                 r.with_load ? "noise and an unmeasured disturbance" : "the noise of the record");
   }
   if (r.outcome == Outcome::unexplained) {
@@ -366,12 +367,13 @@ std::string sentence_of(const Summary& r) {
         names.c_str(), r.until_s);
   }
   if (!(r.after.holdout_rmse < r.before.holdout_rmse)) {
-    return text(r.with_load
-                    ? "The model lacks %s. On the last third the disturbance moves PV by more than "
-                      "that. From sample to sample the corrected model predicts PV better."
-                    : "The model lacks %s. The effect is visible in the fitted part, not in the last "
-                      "third.",
-                names.c_str());
+    return text(
+        r.with_load
+            ? "The model lacks %s. On the last third the disturbance moves PV by more than "
+              "that. From sample to sample the corrected model predicts PV better."
+            : "The model lacks %s. The effect is visible in the fitted part, not in the last "
+              "third.",
+        names.c_str());
   }
   std::string out = text(
       "The model lacks %s. Adding %s reduces the error on unseen data from %.3g to %.3g PV units",

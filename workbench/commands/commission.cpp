@@ -78,7 +78,7 @@ void print_result(const twin::Commissioning& c, const CommissionDetectability& s
   fmt::print("{}: {}\n", twin::to_text(c.outcome), c.why);
   for (const std::string& note : c.notes) fmt::print("  {}\n", note);
   if (!c.stages.empty()) {
-    fmt::print("\n{:<36}{:>12}{:>12}\n", "rmse of PV, PV units", "fitted", "held back");
+    fmt::print("\n{:<36}{:>12}{:>12}\n", "rmse of PV, PV units", "fitted", "held out");
     for (const twin::Stage& stage : c.stages) {
       fmt::print("{:<36}{:>12.4g}{:>12.4g}\n", stage.name, stage.rmse, stage.holdout_rmse);
     }

@@ -43,7 +43,7 @@ IdentifyFindings look_at(const record::Record& record) {
   IdentifyFindings f;
   f.process = analysis::identify(record.view());
   if (f.process.closed_loop) {
-    f.no_tangent = "it needs a manual step of CO";
+    f.no_tangent = "the record needs a manual step of CO";
     return f;
   }
   try {
@@ -158,7 +158,7 @@ void print_found(const IdentifyFindings& f) {
     if (fit.form == best.form) continue;
     fmt::print(" {} ({:+.1f})", to_text(fit.form), fit.criterion - best.criterion);
   }
-  if (p.fits.size() > 1) fmt::print("(difference in BIC; lower is better).\n");
+  if (p.fits.size() > 1) fmt::print(" (difference in BIC; lower is better).\n");
   if (f.tangent) {
     fmt::print("Tangent: gain {:.4g}, time constant {:.4g} s, dead time {:.4g} s\n",
                f.tangent->process.gain, f.tangent->process.time_constant_s,

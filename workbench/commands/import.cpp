@@ -171,7 +171,7 @@ struct Counts {
 };
 
 // Returns "20 of 29 files read, 31 of 33 loops; 9 files and 2 loops could not be read: see above; 3
-// files passed over".
+// files skipped".
 std::string count_text(const record::Importer& importer, const Counts& counts) {
   const auto of = [](std::size_t count, const char* what) {
     return fmt::format("{} {}{}", count, what, count == 1 ? "" : "s");
@@ -190,7 +190,7 @@ std::string count_text(const record::Importer& importer, const Counts& counts) {
   if (counts.in_part > 0)
     text += fmt::format("; {} read without some of the files", of(counts.in_part, "loop"));
   if (const std::size_t others = importer.passed_over().size(); others > 0)
-    text += fmt::format("; {} passed over", of(others, "file"));
+    text += fmt::format("; {} skipped", of(others, "file"));
   return text;
 }
 

@@ -316,7 +316,7 @@ void print_text(const Replay& result, const std::string& tag) {
     fmt::print("{}\n", incident_text(incident));
   }
   fmt::print(
-      "{} alarm transition{} in {} window{}, {} of them suppressed: not fit to be judged; routine "
+      "{} alarm transition{} in {} window{}, {} of them suppressed: cannot be judged; routine "
       "evidence of {} longer window{}\n",
       result.transitions.size(), result.transitions.size() == 1 ? "" : "s", result.windows,
       result.windows == 1 ? "" : "s", result.suppressed, result.routine_windows,

@@ -90,7 +90,7 @@ void report(const plant::LoopModel& model, const SimulateOptions& options, const
              run.pv.size(), model.sample_time_s, model.scenario.seed,
              static_cast<double>(run.pv.size()) * model.sample_time_s, run.seconds_of_work);
   fmt::print(
-      "SP - PV: rms {:.4g}, mean {:.4g}; PV swings +-{:.4g}{}\n", m.rms_error, m.mean_error,
+      "SP - PV: rms {:.4g}, mean {:.4g}; PV oscillates by +-{:.4g}{}\n", m.rms_error, m.mean_error,
       m.amplitude,
       m.period_s > 0.0 ? fmt::format(" with a period of {:.4g} s", m.period_s) : std::string());
   fmt::print("stem travel {:.4g} CO units/h, {:.4g} reversals/h\n", m.travel_per_hour,

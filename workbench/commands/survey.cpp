@@ -71,7 +71,7 @@ int exit_code_of(const nlohmann::json& failed) {
 
 // Returns "29 files: 27 read, 2 could not be read; 12 loops: 8 judged, 3 from an earlier run, 1
 // could not be read;
-// 4 files passed over". The parts of files and of loops add up to their totals. The last part is
+// 4 files skipped". The parts of files and of loops add up to their totals. The last part is
 // additional.
 std::string count_text(const SurveyCount& count, const nlohmann::json& failed) {
   const auto names_of = [&](const char* lost, const char* key) {
@@ -95,7 +95,7 @@ std::string count_text(const SurveyCount& count, const nlohmann::json& failed) {
   };
   besides(names_of("part", "loop"), "loop", "judged without some of the files");
   besides(names_of("signals", "loop"), "loop", "without PV or CO");
-  besides(count.passed_over, "file", "passed over");
+  besides(count.passed_over, "file", "skipped");
   return text;
 }
 

@@ -72,14 +72,14 @@ std::vector<std::string> cells(const RuleTrial& r) {
           number(r.response.step.settling_2_s, "{:.1f}"),
           number(r.response.load_absolute_error, "{:.3g}"),
           !r.margins.stable ? "unstable"
-          : !r.scales()     ? "leaves out the gain"
+          : !r.scales()     ? "ignores the gain"
                             : ""};
 }
 
 const std::vector<std::string>& heads() {
-  static const std::vector<std::string> names{"rule",        "kp",        "ki",       "kd",
-                                              "gain margin", "phase deg", "Ms",       "rise s",
-                                              "over %",      "settles s", "load IAE", ""};
+  static const std::vector<std::string> names{"rule",        "kp",        "ki",        "kd",
+                                              "gain margin", "phase deg", "Ms",        "rise s",
+                                              "over %",      "settles s", "dist. IAE", ""};
   return names;
 }
 

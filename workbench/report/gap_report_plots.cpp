@@ -170,7 +170,7 @@ std::string still(const TimePlot& plot, const TimeAxis& axis, double holdout_fro
                            .to = axis.time_s(axis.last()),
                            .colour = palette::kSoft,
                            .opacity = 0.1,
-                           .meaning = "held back"});
+                           .meaning = "held out"});
   }
   for (const Shade& shade : plot.shades) {
     chart.bands.push_back({.from = shade.from_s,

@@ -39,7 +39,7 @@ double score_of(const json& loop) {
          10.0 * number(loop, "saturated") + 10.0 * (1.0 - number(loop, "share_automatic", 1.0));
 }
 
-// Returns the rank in the list: seen 2, likely 1, all others 0. A finding that is held back has
+// Returns the rank in the list: seen 2, likely 1, all others 0. A finding that is suppressed has
 // rank 0.
 int step_of(const json& loop) {
   if (!is(loop, "verdict", "valve_effect") || loop.at("held_back").get<bool>()) return 0;
@@ -106,7 +106,7 @@ NextStep next_step(const json& loop) {
       return {"look upstream", "it follows its set point: look at the loop that writes it"};
     }
     return {"look upstream",
-            follows ? "it swings with " + loop["likely_source"].get<std::string>() +
+            follows ? "it oscillates with " + loop["likely_source"].get<std::string>() +
                           ": look there first"
                     : "an external oscillation drives it: look for a loop with the same period"};
   }

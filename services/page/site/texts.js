@@ -108,7 +108,7 @@ const en = {
     gain: 'Process gain', timeConstant: 'Time constant', secondLag: 'Second lag', deadTime: 'Dead time', step: 'Identified from', stepAt: 'the SP step at {time}; fit {fit}',
     rule: 'Rule', today: 'today', rules: {'zn-thesis': 'Ziegler-Nichols of the thesis', zn: 'Ziegler-Nichols', 'cohen-coon': 'Cohen-Coon', lambda: 'lambda', simc: 'SIMC', amigo: 'AMIGO'},
     overshoot: 'Overshoot', settling: 'Settles', iae: 'IAE, {unit}', gainMargin: 'Gain margin', remark: 'Remark', recommended: 'recommended',
-    against: {unstable: 'unstable', restless: 'does not settle', margin: 'little margin', scale: 'leaves out the gain'},
+    against: {unstable: 'unstable', restless: 'does not settle', margin: 'little margin', scale: 'ignores the gain'},
     steps: 'Simulated at mid range: SP steps by 10 % of the PV range, then the disturbance by −10 %. Overshoot and settling time (2 %) belong to the SP step, IAE (integral of |SP − PV|) to the disturbance. Recommended: the lowest IAE with Ms of at most {most}. The simulation has no sticking valve, no noise and no other limits.',
     sick: 'Active: {alarms}. These proposals ignore it. Fix it before you tune.',
     upper: 'Simulated PV, today and proposed', lower: 'Simulated controller output, today and proposed', apply: 'Apply {rule} …', nothing: 'These gains are in force.',

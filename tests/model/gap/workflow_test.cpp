@@ -320,11 +320,11 @@ TEST_CASE("if SP is constant a load is not tested, and no name is sure", "[gap][
   const gap::Result stood = find_one(under_load(truth, 150.0, 90.0), test::believed_model());
   CHECK_FALSE(stood.floor.load_tested);
   CHECK(stood.floor.load_rmse == 0.0);
-  CHECK(stood.floor.why_not_tested == "SP stands there");
+  CHECK(stood.floor.why_not_tested == "SP is constant there");
   REQUIRE(stood.effects.size() == 1);
   for (const gap::FoundEffect& effect : stood.effects) {
     CHECK(effect.confidence <= 0.8);
-    CHECK(effect.evidence.find("can't be tested: SP stands there") != std::string::npos);
+    CHECK(effect.evidence.find("can't be tested: SP is constant there") != std::string::npos);
   }
   // If the model states a load, the load is known.
   plant::LoopModel stated = test::believed_model();

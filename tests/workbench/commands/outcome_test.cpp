@@ -145,7 +145,7 @@ TEST_CASE("the fitter's finding is kept, shown by the next survey, and exported 
   const json listed = json::parse(loopwarden("outcome --list --json" + at).text);
   CHECK(listed["outcomes"][0]["tag"] == "FIC2");
 
-  // A rejected finding is held back.
+  // A rejected finding is suppressed.
   REQUIRE(loopwarden("outcome FIC2 --found nothing" + at).exit_code == 0);
   REQUIRE(loopwarden(site.survey() + " --outcomes " + site.path("s/outcomes.csv")).exit_code == 0);
   for (const json& loop : read_json(site.folder() / "s/survey.json")["loops"])

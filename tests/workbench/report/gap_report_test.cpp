@@ -119,8 +119,8 @@ TEST_CASE("the page shows both floors, and what the remaining error follows", "[
   // 0.33^2 - 0.021^2 of 0.33^2 - 0.012^2, and of 0.33^2 - 0.013^2
   CHECK(contains(page, "99.7 % against the transmitter's floor alone"));
   CHECK(contains(page, "it follows SP and CO"));
-  result.floor = {.transmitter_rmse = 0.012, .why_not_tested = "SP stands there"};
-  CHECK(contains(page_of(result), "cannot be tested for a disturbance: SP stands there"));
+  result.floor = {.transmitter_rmse = 0.012, .why_not_tested = "SP is constant there"};
+  CHECK(contains(page_of(result), "cannot be tested for a disturbance: SP is constant there"));
 }
 
 TEST_CASE("the report shows all findings, with the sentence first", "[gap][report]") {
@@ -183,9 +183,9 @@ TEST_CASE("the located moments are shaded and the held-out part is marked", "[ga
   CHECK(data.at("held_from_s").get<double>() == Approx(time[400]));
   // The printed picture has them as well.
   CHECK(contains(page, "fill-opacity=\"0.24\""));
-  CHECK(contains(page, "<title>held back</title>"));
+  CHECK(contains(page, "<title>held out</title>"));
   result.holdout_from_s = 0.0;
-  CHECK_FALSE(contains(page_of(result), "<title>held back</title>"));
+  CHECK_FALSE(contains(page_of(result), "<title>held out</title>"));
   CHECK(data_of(page_of(result)).at("held_from_s").is_null());
 }
 
