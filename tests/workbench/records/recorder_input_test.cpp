@@ -122,8 +122,8 @@ TEST_CASE("a model identified by gap has the daemon's ranges", "[records][progra
   const ShellOutcome made = loop.of_recorder("gap");
   INFO(made.text);
   REQUIRE(made.exit_code == 0);
-  CHECK(read_file(loop.path("out/model.assumed.yaml")).find("PV runs from 0 to 40, as given") !=
-        std::string::npos);
+  CHECK(tests::read_file(loop.path("out/model.assumed.yaml"))
+            .find("PV runs from 0 to 40, as given") != std::string::npos);
   const auto model = config::read_model_file(loop.path("out/model.assumed.yaml"));
   REQUIRE(model);
   CHECK(model->transmitter.high == 40.0);
