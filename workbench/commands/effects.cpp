@@ -165,10 +165,11 @@ std::string effects_markdown() {
       "the\neffect (blue) and without it (orange, dashed), stepping through the same set points. "
       "The\nresidual is what is left of PV when a model without the effect is driven by the CO of "
       "the\nloop with it: what a record shows of the effect.\n\n"
-      "| effect | block | |\n|---|---|---|\n";
+      "The register `explanation_effect` holds the number of an effect.\n\n"
+      "| number | effect | block | |\n|---|---|---|---|\n";
   for (const effects::Descriptor& entry : effects::vocabulary()) {
-    text +=
-        fmt::format("| [`{0}`](#{0}) | {1} | {2} |\n", entry.name, blocks_of(entry), entry.meaning);
+    text += fmt::format("| {0} | [`{1}`](#{1}) | {2} | {3} |\n", entry.number, entry.name,
+                        blocks_of(entry), entry.meaning);
   }
   for (const effects::Descriptor& entry : effects::vocabulary()) {
     std::string meaning = entry.meaning;
