@@ -11,8 +11,8 @@ constexpr std::array<AlarmGuide, kAlarmKindCount> kGuides{{
     // stiction
     {"The stem sticks and jumps: packing too tight, deposits, a worn seat",
      "The loop cycles around its set point and wears the valve",
-     "Plan the repair of the valve. Until then, reduce the cycling with planned moves or a slower "
-     "controller",
+     "Plan the repair of the valve. Until then, planned moves can reduce the cycling, if the loop "
+     "file has them",
      "weeks (next planned work)"},
     // backlash
     {"Backlash between stem and plug or in the linkage",
@@ -44,8 +44,8 @@ constexpr std::array<AlarmGuide, kAlarmKindCount> kGuides{{
     // bad_pv
     {"PV can't be used: its transmitter, its wiring or the link to it has failed. The journal has "
      "the reason",
-     "The loop can't control. The output takes the action of `safe_actions.bad_pv`; with a frozen "
-     "PV only if the file has `frozen_after`",
+     "In automatic the loop can't control, and the output takes the action of "
+     "`safe_actions.bad_pv`. With a frozen PV it does so only if the file has `frozen_after`",
      "Watch the process by another measurement. Check transmitter, wiring and link",
      "minutes (PV is not controlled)"},
     // output_lost
@@ -55,11 +55,13 @@ constexpr std::array<AlarmGuide, kAlarmKindCount> kGuides{{
     // output_unknown
     {"The position of the output is unknown: no read-back is configured, or the read-back is bad",
      "The loop does not write to the valve, whatever its mode",
-     "Set the output manually (`loopwarden set --mode man --output`), or repair the read-back",
+     "Check the position of the valve in the plant. Repair the read-back, or set the output in "
+     "manual: the valve moves to this value at once",
      "minutes (PV is not controlled)"},
     // not_normal_mode
     {"An operator, a master or a fault has taken the loop out of its normal mode",
-     "In manual or fallback the valve keeps its position, and PV is not controlled",
+     "In manual the output stays, and PV is not controlled. In fallback the output holds, or moves "
+     "to the value in `safe_actions`",
      "Find the reason. Return the loop to its normal mode when it is safe", "this shift"},
     // enable_open
     {"The enable contact of the loop is open: a switch, an interlock, or its wiring",
@@ -78,7 +80,9 @@ constexpr std::array<AlarmGuide, kAlarmKindCount> kGuides{{
      "10 minutes"},
     // pv_high_high
     {"PV is far above the limit of the process",
-     "The plant's protection may trip, or equipment may be damaged", "Lower PV manually now",
+     "The plant's protection may trip, or equipment may be damaged",
+     "Lower PV now, in manual at the controller of the loop. For a watched loop this is the DCS or "
+     "PLC",
      "1 minute"},
     // pv_high
     {"PV is above its normal range", "PV approaches the high-high limit",
@@ -89,7 +93,9 @@ constexpr std::array<AlarmGuide, kAlarmKindCount> kGuides{{
      "10 minutes"},
     // pv_low_low
     {"PV is far below the limit of the process",
-     "The plant's protection may trip, or equipment may be damaged", "Raise PV manually now",
+     "The plant's protection may trip, or equipment may be damaged",
+     "Raise PV now, in manual at the controller of the loop. For a watched loop this is the DCS or "
+     "PLC",
      "1 minute"},
     // rate_of_change
     {"PV changes faster than the process can: a rupture, a blockage, a failing transmitter",
