@@ -4,7 +4,7 @@
 
 Usage: lab/bench/archive_study.py [--programs build/release/bin] [--cases DIR | --loops N]
 
-1. The labelled records of real loops (examples/routine), at several deviations (% of the CO span; PV: of four times the
+1. The labelled windows of ten real loops (examples/routine), at several deviations (% of the CO span; PV: of four times the
    range from 2 to 98 %).
 2. A simulated loop at 1 s, healthy and sticky (s 5, j 2): `gap` and `diagnose` on each kind of file.
 With --loops: N such loops, each with another noise and load, judged by `diagnose`.
