@@ -33,7 +33,9 @@ std::string loop_text() {
 
 // According to the file the device has a watchdog, but its register was never set.
 std::string without_watchdog(const std::string& text) {
-  return with(text, "{timeout: 2, register: {address: 10, type: u16, scale: 0.1}, value: 2}",
+  return with(text,
+              "{timeout: 2, register: {address: 10, type: u16, scale: 0.1},\n"
+              "                 value: 2}",
               "{timeout: 1, set_by: device}");
 }
 
