@@ -221,9 +221,8 @@ TEST_CASE("a process alarm is published although it is in no register; it has no
 
 TEST_CASE("detectable sizes come from the loop's commission", "[edge]") {
   Seen seen;
-  write_file(
-      seen.folder / "commissions/FIC-101/commission.json",
-      R"({"detectable": {"stiction": {"percent_of_span": 1.5},
+  write_file(seen.folder / "commissions/FIC-101/commission.json",
+             R"({"detectable": {"stiction": {"percent_of_span": 1.5},
                          "backlash": {"percent_of_span": null}}})");
   seen.view.look();
   CHECK(seen.of_loop("detectable/stiction") == Value(1.5));

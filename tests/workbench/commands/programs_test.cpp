@@ -80,9 +80,9 @@ TEST_CASE("check reports every error of every file and ends with 78") {
 
 TEST_CASE("check accepts the example configurations") {
   const std::string examples = LOOPWARDEN_SOURCE_DIR "/examples/";
-  const std::string name = GENERATE(as<std::string>(), "demo", "simulated", "modbus-tcp",
-                                    "modbus-plc", "modbus-rtu", "analog", "replay", "watch",
-                                    "watch-mqtt", "opcua");
+  const std::string name =
+      GENERATE(as<std::string>(), "demo", "simulated", "modbus-tcp", "modbus-plc", "modbus-rtu",
+               "analog", "replay", "watch", "watch-mqtt", "opcua");
   const ShellOutcome outcome = loopwarden("check " + examples + name);
   INFO(outcome.text);
   CHECK(outcome.exit_code == 0);
