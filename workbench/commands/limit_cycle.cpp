@@ -256,14 +256,12 @@ std::string missed_why(const analysis::AxisReach& reach, const Row& row) {
   if (row.predicted || !row.simulated.cycles) return {};
   if (reach.loop < reach.valve && std::isfinite(reach.valve)) {
     return fmt::format(
-        "           L(jw) crosses the negative imaginary axis at {:.3g}, below {:.3g} = pi S/(4 J) "
-        "where -1/N begins:\n           they don't meet. The describing function takes CO for a "
-        "sinusoid; here it is a triangle\n           with steps, so a cycle is possible without "
-        "a prediction",
+        "  Trust the simulation: the describing function assumes a sinusoidal CO, and here CO is a "
+        "triangle with steps.\n  L(jw) crosses the negative imaginary axis at {:.3g}, below "
+        "{:.3g} = pi S/(4 J), where -1/N begins.",
         reach.loop, reach.valve);
   }
-  return "           the describing function takes CO for a sinusoid: a cycle is possible without "
-         "a prediction";
+  return "  Trust the simulation: the describing function assumes a sinusoidal CO.";
 }
 
 void print_one(const analysis::LinearLoop& loop, const analysis::Margins& m, const Row& row,
@@ -272,6 +270,14 @@ void print_one(const analysis::LinearLoop& loop, const analysis::Margins& m, con
              row.valve.backlash
                  ? fmt::format("backlash, dead band {:g}", row.valve.s)
                  : fmt::format("stiction, S {:g}, J {:g}", row.valve.s, row.valve.j));
+  if (row.simulated.cycles) {
+    fmt::print(
+        "simulation: the loop cycles, period {:.4g} s, PV +-{:.4g} PV units, CO +-{:.4g} CO "
+        "units\n",
+        row.simulated.period_s, row.simulated.pv_amplitude, row.simulated.co_amplitude);
+  } else {
+    fmt::print("simulation: no limit cycle\n");
+  }
   fmt::print(
       "linear loop: gain margin {:.3g}, phase margin {:.3g} deg, delay margin {:.3g} s, Ms "
       "{:.3g}\n",
@@ -281,19 +287,15 @@ void print_one(const analysis::LinearLoop& loop, const analysis::Margins& m, con
     fmt::print("not part of the linear loop: {}\n", name);
   }
   for (const analysis::LimitCycle& cycle : cycles) {
-    fmt::print("predicted: {} limit cycle, period {:.4g} s, PV +-{:.4g}, CO +-{:.4g}\n",
-               cycle.stable ? "stable" : "unstable", cycle.period_s, cycle.pv_amplitude,
-               cycle.co_amplitude);
+    fmt::print(
+        "describing function: {} limit cycle, period {:.4g} s, PV +-{:.4g} PV units, CO +-{:.4g} "
+        "CO units\n",
+        cycle.stable ? "stable" : "unstable", cycle.period_s, cycle.pv_amplitude,
+        cycle.co_amplitude);
   }
-  if (cycles.empty()) fmt::print("predicted: no limit cycle\n");
+  if (cycles.empty()) fmt::print("describing function: no limit cycle\n");
   const std::string why = missed_why(analysis::axis_reach(loop, row.valve), row);
   if (!why.empty()) fmt::print("{}\n", why);
-  if (row.simulated.cycles) {
-    fmt::print("simulated: period {:.4g} s, PV +-{:.4g}, CO +-{:.4g}\n", row.simulated.period_s,
-               row.simulated.pv_amplitude, row.simulated.co_amplitude);
-  } else {
-    fmt::print("simulated: no limit cycle\n");
-  }
 }
 
 std::optional<analysis::ValveNonlinearity> wanted_valve(const LimitCycleOptions& options,

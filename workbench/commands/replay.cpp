@@ -316,11 +316,11 @@ void print_text(const Replay& result, const std::string& tag) {
     fmt::print("{}\n", incident_text(incident));
   }
   fmt::print(
-      "{} alarm transition{} in {} window{}, {} of them suppressed: cannot be judged; routine "
-      "evidence of {} longer window{}\n",
-      result.transitions.size(), result.transitions.size() == 1 ? "" : "s", result.windows,
-      result.windows == 1 ? "" : "s", result.suppressed, result.routine_windows,
-      result.routine_windows == 1 ? "" : "s");
+      "{} alarm transition{}. Specialists: {} of {} window{} judged, the others cannot be judged. "
+      "Routine evidence: {} longer window{} judged.\n",
+      result.transitions.size(), result.transitions.size() == 1 ? "" : "s",
+      result.windows - result.suppressed, result.windows, result.windows == 1 ? "" : "s",
+      result.routine_windows, result.routine_windows == 1 ? "" : "s");
 }
 
 int run_replay(const ReplayOptions& options) {

@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "model/diagnosis/limits.hpp"
+#include "model/effects/catalogue.hpp"
 #include "workbench/text/import_json.hpp"
 
 namespace loopwarden::workbench {
@@ -180,13 +181,11 @@ diagnosis::SizeTrend trend_of(const DiagnosedLoop& loop) {
 std::string votes_line(const Diagnosis& d) {
   const auto vote = [](bool yes) { return yes ? "valve" : "no"; };
   return fmt::format(
-             "votes: phase {:.2f} ({}), backlash {:.2f} ({}), Hammerstein {:.2f} ({}){}\n",
-             d.evidence.phase, vote(d.evidence.phase > 0.0), d.evidence.play,
-             vote(d.evidence.play > 0.0), d.evidence.hammerstein,
-             vote(d.evidence.hammerstein > diagnosis::DiagnosisLimits::kHammersteinVotes),
-             d.follows == Follows::at_once ? "" : "; only the last vote counts on such a loop") +
-         fmt::format("PV rests during {:.0f} % of CO's moves; CO reverses after {}\n",
-                     100.0 * d.evidence.standing, to_text(d.evidence.reversals.by()));
+      "votes: phase {:.2f} ({}), backlash {:.2f} ({}), Hammerstein {:.2f} ({}){}\n",
+      d.evidence.phase, vote(d.evidence.phase > 0.0), d.evidence.play, vote(d.evidence.play > 0.0),
+      d.evidence.hammerstein,
+      vote(d.evidence.hammerstein > diagnosis::DiagnosisLimits::kHammersteinVotes),
+      d.follows == Follows::at_once ? "" : "; only the last vote counts on such a loop");
 }
 
 }  // namespace
@@ -289,6 +288,8 @@ std::string diagnosis_text(const DiagnosedLoop& loop) {
     if (d.alternative != Cause::none) {
       text += fmt::format("or {}: this record can't distinguish them\n", to_text(d.alternative));
     }
+    if (const effects::Descriptor* effect = effects::find_effect(to_text(d.cause)))
+      text += fmt::format("Action: {}\n", effect->remedy);
   }
   text += fmt::format("because: {}\n", because(d));
   if (loop.pushed_by) {
@@ -330,10 +331,12 @@ std::string diagnosis_text(const DiagnosedLoop& loop) {
   }
   if (!d.judged()) return text;
   text += votes_line(d);
-  text += fmt::format("kind of loop: {}\n", to_text(d.loop_type));
-  text += d.oscillating ? fmt::format("oscillates with a period of {:.4g} s\n", d.period_s)
+  if (d.loop_type != diagnosis::LoopType::unknown)
+    text += fmt::format("kind of loop: {}\n", to_text(d.loop_type));
+  text += d.oscillating ? fmt::format("oscillates with a period of {:.4g} s, {:.0f} periods\n",
+                                      d.period_s, d.prepared.cycles)
                         : std::string("does not oscillate\n");
-  text += fmt::format("{} samples used, {:.0f} periods\n", d.prepared.used, d.prepared.cycles);
+  text += fmt::format("{} samples used\n", d.prepared.used);
   return text;
 }
 
