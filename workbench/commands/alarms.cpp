@@ -220,7 +220,7 @@ void print_explanation(const protocol::Explanation& e) {
     fmt::print("  since {:.0f} min before the alarm, or earlier\n", e.since_s / 60.0);
   }
   if (!e.alternatives.empty()) fmt::print("  as right: {}\n", fmt::join(e.alternatives, ", "));
-  if (!e.remedy.empty()) fmt::print("  what to do: {}\n", e.remedy);
+  if (!e.remedy.empty()) fmt::print("  Action: {}\n", e.remedy);
   // An alarm without an explanation may have no report.
   fmt::print("  {}{}\n\n", e.folder, e.verdict == "not_explained" ? "" : "/report.html");
 }

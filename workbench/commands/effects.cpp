@@ -87,7 +87,7 @@ void print_text() {
                  row.unit, row.fallback == "required" ? row.fallback : "default " + row.fallback,
                  row.meaning);
     }
-    fmt::print("  {}\n  what to do: {}\n", entry.seen, entry.remedy);
+    fmt::print("  {}\n  Action: {}\n", entry.seen, entry.remedy);
     for (const effects::LookAlike& other : entry.look_alikes) {
       fmt::print("  - {}: {}\n", other.name, other.tell);
     }
@@ -187,7 +187,7 @@ std::string effects_markdown() {
       text +=
           fmt::format("\n![{}]({}/{}.svg)\n", example_text(example), kPictureFolder, example.file);
     }
-    text += fmt::format("\n{}\n\nWhat to do: {}\n", entry.seen, entry.remedy);
+    text += fmt::format("\n{}\n\nAction: {}\n", entry.seen, entry.remedy);
     if (entry.look_alikes.empty()) continue;
     text += "\nLook-alikes:\n\n";
     for (const effects::LookAlike& other : entry.look_alikes) {

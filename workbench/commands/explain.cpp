@@ -65,7 +65,7 @@ Raised read_raised(const fs::path& folder) {
 void print_result(const json& e, const std::string& folder) {
   fmt::print("{}\n", e.at("sentence").get<std::string>());
   if (const json& first = e.at("first"); !first.is_null()) {
-    fmt::print("what to do: {}\n", first.at("remedy").get<std::string>());
+    fmt::print("Action: {}\n", first.at("remedy").get<std::string>());
   }
   if (!e.at("final_name").is_null()) {
     fmt::print("{} is {}\n", e.at("alarm").get<std::string>(),
