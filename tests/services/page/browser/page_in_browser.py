@@ -109,7 +109,7 @@ def knows_nothing(browser, where):
 def session_ends(box, browser):
     """Logs out in another tab, while the overview is open and an alarm waits."""
     browser.go(box)
-    browser.until(lambda: browser.all(".tile") and "acknowledge" in browser.text(".summary"), "no overview")
+    browser.until(lambda: browser.all(".tile") and "to acknowledge" in browser.text(".summary"), "no overview")
     browser.check(browser.run("document.title").startswith("("), "the title does not count the alarms that wait")
     browser.run_async("""const {csrf} = await (await fetch('/api/session')).json();
       await fetch('/api/logout', {method: 'POST', body: '{}', headers: {'Content-Type': 'application/json', 'X-CSRF-Token': csrf}});""")
@@ -121,7 +121,7 @@ def session_ends(box, browser):
 
 def alarm_comes(box, browser):
     browser.go(box)
-    took = browser.until(lambda: "acknowledge" in browser.text(".summary"), "no alarm of the sticking valve is raised", 900)
+    took = browser.until(lambda: "to acknowledge" in browser.text(".summary"), "no alarm of the sticking valve is raised", 900)
     print(f"alarm after {took:.0f} s" if took is not None else "no alarm")
     browser.until(lambda: browser.text(".tiles li:first-child .tag") == TAG, "the loop with the alarm is not the first")
     browser.check("Stiction" in browser.text(".tiles li:first-child .state"), f"its tile shows {browser.text('.tiles li:first-child')}")

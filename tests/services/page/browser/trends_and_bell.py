@@ -66,7 +66,7 @@ def bell(box, browser):
     script = browser.driver.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": LISTEN})["identifier"]
     browser.driver.get(box.url)
     browser.driver.refresh()
-    browser.until(lambda: "acknowledge" in browser.text(".summary"), "no alarm waits")
+    browser.until(lambda: "to acknowledge" in browser.text(".summary"), "no alarm waits")
     browser.check(browser.run("document.title").startswith("(") and browser.find("link[rel=icon]").get_attribute("href").startswith("data:"), "the tab does not count")
     browser.check(browser.run("!document.querySelector('.question').hidden"), "no question about sound")
     browser.check(browser.run("window.heard.tones") == 0, "it sounds unasked")
