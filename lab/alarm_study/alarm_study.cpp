@@ -28,7 +28,7 @@
 #include "lab/alarm_study/routine_replay.hpp"
 #include "lab/program/studies.hpp"
 
-namespace loopwarden::studies {
+namespace loopwarden::lab {
 namespace {
 
 using alarm::AlarmKind;
@@ -331,4 +331,4 @@ void add_alarm(CLI::App& app, int& exit_code) {
   sub->callback([o, &exit_code] { exit_code = run_alarm_study(*o); });
 }
 
-}  // namespace loopwarden::studies
+}  // namespace loopwarden::lab

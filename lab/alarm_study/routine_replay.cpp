@@ -13,7 +13,7 @@
 #include "record/record_csv.hpp"
 #include "lab/program/labels.hpp"
 
-namespace loopwarden::studies {
+namespace loopwarden::lab {
 namespace {
 
 struct Loop {
@@ -124,4 +124,4 @@ void print_loops(const nlohmann::json& loops) {
       right, sticky, enough, wrong, loops.size() - sticky);
 }
 
-}  // namespace loopwarden::studies
+}  // namespace loopwarden::lab

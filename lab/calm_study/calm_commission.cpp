@@ -15,7 +15,7 @@
 #include "model/twin/planned_moves_of.hpp"
 #include "model/watch/twin_watch.hpp"
 
-namespace loopwarden::studies {
+namespace loopwarden::lab {
 namespace {
 
 constexpr double kHealthy_s = 1200.0;
@@ -103,4 +103,4 @@ std::optional<control::PlannedMovesSettings> found_out(const StickyLoop& loop,
   return settings;
 }
 
-}  // namespace loopwarden::studies
+}  // namespace loopwarden::lab

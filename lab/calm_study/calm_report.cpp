@@ -20,7 +20,7 @@
 #include "workbench/files/output_files.hpp"
 #include "workbench/report/chart.hpp"
 
-namespace loopwarden::studies {
+namespace loopwarden::lab {
 namespace {
 
 struct CalmOptions {
@@ -285,4 +285,4 @@ void add_calm(CLI::App& app, int& exit_code) {
   sub->callback([options, &exit_code] { exit_code = run_calm_study(*options); });
 }
 
-}  // namespace loopwarden::studies
+}  // namespace loopwarden::lab

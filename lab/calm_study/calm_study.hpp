@@ -12,7 +12,7 @@
 #include "model/numeric/random.hpp"
 #include "lab/calm_study/calm_trial.hpp"
 
-namespace loopwarden::studies {
+namespace loopwarden::lab {
 
 // Settings of the execution, which don't affect the results.
 struct StudyWork {
@@ -110,4 +110,4 @@ struct HealthyStudy {
 };
 HealthyStudy study_healthy_loops(std::size_t cases, std::uint64_t seed, const StudyWork& work);
 
-}  // namespace loopwarden::studies
+}  // namespace loopwarden::lab

@@ -12,7 +12,7 @@
 #include "model/plant/plant.hpp"
 #include "model/numeric/random.hpp"
 
-namespace loopwarden::studies {
+namespace loopwarden::lab {
 namespace {
 
 constexpr double kStemResolution = 0.0005;  // of the span: smaller moves do not count as travel
@@ -204,4 +204,4 @@ TrialResult run_trial(const CalmTrial& trial) {
   return Trial(trial, plant::Plant(trial.model, trial.model.scenario.seed)).run();
 }
 
-}  // namespace loopwarden::studies
+}  // namespace loopwarden::lab

@@ -37,7 +37,7 @@
 #include "workbench/command_line/progress.hpp"
 #include "lab/program/studies.hpp"
 
-namespace loopwarden::studies {
+namespace loopwarden::lab {
 namespace {
 
 using diagnosis::Cause;
@@ -950,4 +950,4 @@ void add_diagnose(CLI::App& app, int& exit_code) {
   sub->callback([options, &exit_code] { exit_code = run_study(*options); });
 }
 
-}  // namespace loopwarden::studies
+}  // namespace loopwarden::lab

@@ -12,7 +12,7 @@
 #include "model/diagnosis/classifier.hpp"
 #include "lab/diagnose_study/ingredients.hpp"
 
-namespace loopwarden::studies {
+namespace loopwarden::lab {
 
 struct DiagnosisCase {
   diagnosis::Cause cause = diagnosis::Cause::none;  // fault of the loop
@@ -32,4 +32,4 @@ struct DiagnosisCase {
 DiagnosisCase diagnosis_case(std::uint64_t seed, std::size_t index,
                              const Ingredients& ingredients = all_ingredients());
 
-}  // namespace loopwarden::studies
+}  // namespace loopwarden::lab

@@ -24,7 +24,7 @@
 #include "lab/gallery/measured_loops.hpp"
 #include "lab/program/studies.hpp"
 
-namespace loopwarden::studies {
+namespace loopwarden::lab {
 namespace {
 
 constexpr double kWindow = 96.1;     // s, 961 samples
@@ -310,4 +310,4 @@ void add_gallery(CLI::App& app, int& exit_code) {
   sub->callback([options, &exit_code] { exit_code = run_gallery(*options); });
 }
 
-}  // namespace loopwarden::studies
+}  // namespace loopwarden::lab

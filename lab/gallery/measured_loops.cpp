@@ -20,7 +20,7 @@
 #include "record/record_csv.hpp"
 #include "workbench/report/chart.hpp"
 
-namespace loopwarden::studies {
+namespace loopwarden::lab {
 namespace {
 
 struct DrawnLoop {
@@ -155,4 +155,4 @@ std::vector<MeasuredLoop> measured_loops(const std::filesystem::path& data,
   return loops;
 }
 
-}  // namespace loopwarden::studies
+}  // namespace loopwarden::lab

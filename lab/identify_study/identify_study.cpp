@@ -19,7 +19,7 @@
 #include "lab/identify_study/identification_cases.hpp"
 #include "lab/program/studies.hpp"
 
-namespace loopwarden::studies {
+namespace loopwarden::lab {
 namespace {
 
 struct IdentifyStudyOptions {
@@ -200,4 +200,4 @@ void add_identify(CLI::App& app, int& exit_code) {
   sub->callback([options, &exit_code] { exit_code = run_identify_study(*options); });
 }
 
-}  // namespace loopwarden::studies
+}  // namespace loopwarden::lab

@@ -19,7 +19,7 @@
 #include "workbench/command_line/progress.hpp"
 #include "lab/program/studies.hpp"
 
-namespace loopwarden::studies {
+namespace loopwarden::lab {
 namespace {
 
 struct Plant1Options {
@@ -187,4 +187,4 @@ void add_plant1(CLI::App& app, int& exit_code) {
   sub->callback([options, &exit_code] { exit_code = run_plant1_study(*options); });
 }
 
-}  // namespace loopwarden::studies
+}  // namespace loopwarden::lab

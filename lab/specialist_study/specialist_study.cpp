@@ -26,7 +26,7 @@
 #include "workbench/training/specialist_training.hpp"
 #include "lab/program/studies.hpp"
 
-namespace loopwarden::studies {
+namespace loopwarden::lab {
 namespace {
 
 namespace fs = std::filesystem;
@@ -652,4 +652,4 @@ void add_specialist(CLI::App& app, int& exit_code) {
   sub->callback([o, &exit_code] { exit_code = run_study(*o); });
 }
 
-}  // namespace loopwarden::studies
+}  // namespace loopwarden::lab

@@ -13,9 +13,9 @@ namespace jacket_closed_loop_test {
 
 using namespace loopwarden;
 using control::JacketForm;
-using studies::CalmTrial;
-using studies::run_trial;
-using studies::TrialResult;
+using lab::CalmTrial;
+using lab::run_trial;
+using lab::TrialResult;
 
 namespace {
 
