@@ -65,7 +65,7 @@ void print_list(const record::Importer& importer) {
       const std::string& name = loop.signals.names[index_of(role)];
       const std::string& unit = loop.signals.units[index_of(role)];
       if (!name.empty()) {
-        signals += fmt::format("{}{} {}{}", signals.empty() ? "" : ", ", to_text(role), name,
+        signals += fmt::format("{}{}: '{}'{}", signals.empty() ? "" : ", ", to_text(role), name,
                                unit.empty() ? "" : " in " + unit);
       }
     }

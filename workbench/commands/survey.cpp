@@ -14,6 +14,7 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "base/text.hpp"
@@ -104,9 +105,23 @@ void print_survey(const nlohmann::json& survey, const fs::path& out, bool as_jso
     show_json(survey);
     return;
   }
-  fmt::print("{:>5}  {:<28} {:<16} {:>6} {:>10} {:>6}  {}\n", "rank", "loop", "verdict", "p %",
-             "period s", "group", "next");
   const auto& loops = survey.at("loops");
+  std::vector<std::pair<std::string, std::size_t>> steps;  // in the order of the ranks
+  for (const auto& loop : loops) {
+    const auto what = loop.at("next").at("what").get<std::string>();
+    const auto step = std::find_if(steps.begin(), steps.end(),
+                                   [&](const auto& known) { return known.first == what; });
+    if (step == steps.end()) {
+      steps.emplace_back(what, 1);
+    } else {
+      ++step->second;
+    }
+  }
+  std::string counts;
+  for (const auto& [step, count] : steps) counts += fmt::format(", {} {}", count, step);
+  fmt::print("{} loops{}\n", loops.size(), counts);
+  fmt::print("{:>5}  {:<28} {:<16} {:>7} {:>10} {:>6}  {}\n", "rank", "loop", "verdict", "valve %",
+             "period s", "group", "next");
   for (std::size_t k = 0; k < std::min(kLinesShown, loops.size()); ++k) {
     const auto& loop = loops[k];
     const auto number = [&](const char* key, double factor) {
@@ -116,7 +131,7 @@ void print_survey(const nlohmann::json& survey, const fs::path& out, bool as_jso
     std::string verdict = loop.at("verdict").get<std::string>();
     if (verdict == "valve_effect") verdict = loop.at("effects").at(0).at("name").get<std::string>();
     if (verdict == "other_cause") verdict = loop.at("cause").get<std::string>();
-    fmt::print("{:>5}  {:<28} {:<16} {:>6} {:>10} {:>6}  {}\n", k + 1,
+    fmt::print("{:>5}  {:<28} {:<16} {:>7} {:>10} {:>6}  {}\n", k + 1,
                loop.at("tag").get<std::string>(), verdict,
                loop.at("probability").is_number()
                    ? fmt::format("{:.0f}", 100.0 * loop.at("probability").get<double>())

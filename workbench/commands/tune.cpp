@@ -83,31 +83,36 @@ const std::vector<std::string>& heads() {
   return names;
 }
 
+void print_recommended(const RuleTrial* best) {
+  if (best == nullptr) {
+    fmt::print("No rule has enough margin (Ms at most {:g}) on this process.\n",
+               analysis::AnalysisLimits::kMostSensitivity);
+    return;
+  }
+  fmt::print(
+      "Recommended: {} (lowest disturbance IAE of the rules that scale with the gain, with Ms at "
+      "most {:g})\n  kp: {:.5g}\n  ki: {:.5g}\n",
+      best->name(), analysis::AnalysisLimits::kMostSensitivity, best->gains.kp, best->gains.ki);
+  if (best->gains.kd > 0.0) {
+    fmt::print("  kd: {:.5g}\n  derivative_filter: {:.4g}\n", best->gains.kd,
+               best->gains.derivative_filter_s);
+  }
+}
+
 void print_text(const plant::LoopModel& model, const std::vector<RuleTrial>& rows,
                 const RuleTrial* best) {
-  fmt::print("process: {}\n\n", process_text(model.process));
+  fmt::print("process: {}\n", process_text(model.process));
+  print_recommended(best);
   const auto line = [](const std::vector<std::string>& c) {
     fmt::print("{:<11} {:>8} {:>9} {:>7} {:>11} {:>9} {:>6} {:>7} {:>7} {:>9} {:>9}  {}\n", c[0],
                c[1], c[2], c[3], c[4], c[5], c[6], c[7], c[8], c[9], c[10], c[11]);
   };
+  fmt::print("\n");
   line(heads());
   for (const RuleTrial& row : rows) line(cells(row));
   fmt::print(
       "\nrise, overshoot and settling (2 %) of a set-point step; disturbance IAE: integral of |SP "
       "- PV| after a disturbance step of 10 % of the range.\n");
-  if (best != nullptr) {
-    fmt::print(
-        "Recommended: {} (lowest disturbance IAE of the rules that scale with the gain, with Ms at "
-        "most {:g})\n  kp: {:.5g}\n  ki: {:.5g}\n",
-        best->name(), analysis::AnalysisLimits::kMostSensitivity, best->gains.kp, best->gains.ki);
-    if (best->gains.kd > 0.0) {
-      fmt::print("  kd: {:.5g}\n  derivative_filter: {:.4g}\n", best->gains.kd,
-                 best->gains.derivative_filter_s);
-    }
-  } else {
-    fmt::print("No rule has enough margin (Ms at most {:g}) on this process.\n",
-               analysis::AnalysisLimits::kMostSensitivity);
-  }
 }
 
 std::string page(const std::string& model_file, const std::vector<RuleTrial>& rows,
