@@ -315,7 +315,7 @@ void add_alarm(CLI::App& app, int& exit_code) {
       ->capture_default_str();
   sub->add_option("--days", o->days, "of healthy operation; 0: skip this part")
       ->capture_default_str();
-  sub->add_option("--seed", o->seed, "seed seed of all random numbers; training uses others")
+  sub->add_option("--seed", o->seed, "seed of all random numbers; training uses others")
       ->capture_default_str();
   sub->add_option("--missing", o->missing_percent,
                   "share of late cycles, in stretches of 1 to 4, %")

@@ -266,8 +266,7 @@ void add_calm(CLI::App& app, int& exit_code) {
   sub->add_option("--cases", options->cases, "random loops, sticky and healthy")
       ->capture_default_str()
       ->check(CLI::Range(std::size_t{1}, std::size_t{100000}));
-  sub->add_option("--seed", options->seed, "seed seed of all random numbers")
-      ->capture_default_str();
+  sub->add_option("--seed", options->seed, "seed of all random numbers")->capture_default_str();
   sub->add_option("--only", options->only,
                   "only compensators whose name begins with this; 'commissioned' takes most of a "
                   "minute per loop");

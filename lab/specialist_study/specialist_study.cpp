@@ -643,7 +643,7 @@ void add_specialist(CLI::App& app, int& exit_code) {
   sub->add_option("--records", o->records, "folder of the measured signatures")
       ->capture_default_str();
   sub->add_option("--out", o->out, "folder for the plot");
-  sub->add_option("--seed", o->seed, "seed seed of all random numbers; training uses others")
+  sub->add_option("--seed", o->seed, "seed of all random numbers; training uses others")
       ->capture_default_str();
   sub->add_option("--jobs", o->jobs, "threads; 0: one per core")->capture_default_str();
   sub->add_flag("--quick", o->quick, "use few windows, to check that it runs");

@@ -2,12 +2,13 @@
 #include "model/control/move_hold.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 namespace loopwarden::control {
 
 bool MoveHold::is_valid(const MovesRequest& request) const noexcept {
   return request.run == sample_.run && request.shadow == sample_.shadow &&
-         sample_.number <= request.valid_until;
+         sample_.number <= request.valid_until && std::isfinite(request.output);
 }
 
 Correction MoveHold::step(const CompensatorInputs& in, const MovesRequest& request,
@@ -17,6 +18,7 @@ Correction MoveHold::step(const CompensatorInputs& in, const MovesRequest& reque
   const bool new_set_point = held_before && in.set_point != sample_.in.set_point;
   const double step = in.output - sample_.in.output;
   ++sample_.number;
+  if (sample_.shadow != settings.shadow) disengaged_ = DisengageReason::none;
   sample_.shadow = settings.shadow;
   sample_.settings = settings.planned;
   sample_.in = in;

@@ -5,7 +5,7 @@
 // period and answers with a request to the following periods.
 //
 // A hold begins at the present CO: its begin moves no valve. It ends when
-//   - the request is released, or older than its `valid_until`
+//   - the request is released, not finite, or older than its `valid_until`
 //   - the law was restarted or its settings changed after the request: another mode, a fault, an
 //     output of the operator, a reload, from shadow to acting
 //   - PV leaves the band of the request

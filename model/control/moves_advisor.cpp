@@ -3,20 +3,14 @@
 
 namespace loopwarden::control {
 
-bool MovesAdvisor::goes_on(const MovesSample& sample) const noexcept {
-  return moves_ && sample.run == before_.run && sample.number == before_.number + 1 &&
-         sample.settings == before_.settings && (before_.shadow || !sample.shadow);
-}
-
 const MovesRequest& MovesAdvisor::step(const MovesSample& sample) noexcept {
-  if (!goes_on(sample)) {
+  if (!moves_ || sample.run != request_.run || sample.number != request_.number + 1) {
     PlannedMoves next(sample.settings, sample.shadow, period_s_);
     if (moves_) next.continue_hour(*moves_);
     moves_ = next;
-  } else if (before_.shadow && !sample.shadow) {
+  } else if (!sample.shadow) {
     moves_->act();
   }
-  before_ = sample;
   request_ = moves_->step(sample);
   request_.run = sample.run;
   request_.shadow = sample.shadow;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Steps planned moves over the samples of a loop and answers with requests to MoveHold.
 //
-// Planned moves start again if samples were lost, the law was restarted or the settings changed.
+// Planned moves start again if samples were lost or the law was restarted, as by new settings.
 // The moves of the last hour count over each start. A shadow that begins to act keeps its
 // estimates. No call allocates or throws.
 #pragma once
@@ -28,13 +28,10 @@ class MovesAdvisor {
   std::optional<MovesState> state() const noexcept;
 
  private:
-  bool goes_on(const MovesSample& sample) const noexcept;
-
   double period_s_;
   std::uint32_t lease_;
   std::optional<PlannedMoves> moves_;
-  MovesSample before_;
-  MovesRequest request_;
+  MovesRequest request_;  // to the newest sample
 };
 
 }  // namespace loopwarden::control

@@ -42,12 +42,16 @@ MovesRequest PlannedMoves::step(const MovesSample& sample) noexcept {
   const CompensatorInputs& in = sample.in;
   watch_.now_s += period_s_;
   loop_.observe(in, is_active(), phase_ == MovePhase::watching, held_.output);
-  held_.pass(has_arrived(sample), period_s_);
+  // A request takes effect some samples later.
+  const bool in_effect = sample.held == held_.output;
+  if (in_effect) {
+    held_.pass(has_arrived(in.limits, held_.output, commanded(in), period_s_), period_s_);
+  }
   planner_.pass(period_s_);
   probe_.pass();
   budget_.pass();
   if (is_active()) {
-    sample.holding ? control(in) : disengage(DisengageReason::interrupted);
+    sample.holding ? control(in, in_effect) : disengage(DisengageReason::interrupted);
   } else if (phase_ == MovePhase::disengaged) {
     watch_again();
   } else {
@@ -93,14 +97,6 @@ double PlannedMoves::settle_s() const noexcept {
 // CO one period ago, in shadow that of the shadow loop.
 double PlannedMoves::commanded(const CompensatorInputs& in) const noexcept {
   return loop_.shadow() ? loop_.shadow_output() : in.commanded;
-}
-
-// Whether CO is at the output that is to be held, in shadow that of the shadow loop. A request
-// takes effect some samples later; a stem that is pushed on does not start the time again.
-bool PlannedMoves::has_arrived(const MovesSample& sample) const noexcept {
-  const bool requested = loop_.shadow() || held_.held_s > 0.0 || sample.held == held_.output;
-  return requested &&
-         control::has_arrived(sample.in.limits, held_.output, commanded(sample.in), period_s_);
 }
 
 PlanningState PlannedMoves::planning_state() const noexcept {
@@ -226,12 +222,14 @@ void PlannedMoves::hand_over() noexcept {
 
 // ---- under planned moves
 
-void PlannedMoves::control(const CompensatorInputs& in) noexcept {
+// `in_effect`: CO follows the newest request. Otherwise only a new set point changes it.
+void PlannedMoves::control(const CompensatorInputs& in, bool in_effect) noexcept {
   supervise();
   if (is_active() && !planner_.search(planning_state())) disengage(DisengageReason::no_gain);
   budget_.earn_travel(baseline_, loop_.friction().j());
   const bool new_set_point = planner_.is_new_set_point(in.set_point);
   if (is_active() && phase_ != MovePhase::resting && new_set_point) interrupt(in);
+  if (!in_effect) return;
   switch (phase_) {
     case MovePhase::probing: probe(); break;
     case MovePhase::resting: rest(in); break;

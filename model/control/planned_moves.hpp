@@ -2,8 +2,8 @@
 // Has CO of a sticking valve held until, by a model of the loop, a move pays (kind
 // `planned_moves`). Then the stem gets one move, after which PV settles near SP.
 //
-// Each step takes the sample of a period and returns the request to
-// the next one. MoveHold carries it out on the real-time path.
+// Each step takes the sample of a period and returns a request. MoveHold carries it out on the
+// real-time path, in one of the following periods.
 //
 // Phases: watching (PI controls; the cycles of the loop are measured), probing, resting, backing
 // off, moving, disengaged.
@@ -78,7 +78,6 @@ class PlannedMoves {
   const Stem& stem() const noexcept { return loop_.stem(is_active()); }
   double settle_s() const noexcept;
   double commanded(const CompensatorInputs& in) const noexcept;
-  bool has_arrived(const MovesSample& sample) const noexcept;
   MovesRequest request(const CompensatorInputs& in) const noexcept;
   PlanningState planning_state() const noexcept;
   bool may_probe() const noexcept;
@@ -93,7 +92,7 @@ class PlannedMoves {
   void disengage(DisengageReason reason) noexcept;
   void hand_over() noexcept;
 
-  void control(const CompensatorInputs& in) noexcept;
+  void control(const CompensatorInputs& in, bool in_effect) noexcept;
   void supervise() noexcept;
   void interrupt(const CompensatorInputs& in) noexcept;
   void begin_probe() noexcept;

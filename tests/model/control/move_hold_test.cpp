@@ -2,6 +2,7 @@
 #include "model/control/move_hold.hpp"
 
 #include <catch2/catch.hpp>
+#include <limits>
 
 namespace move_hold_test {
 
@@ -118,6 +119,32 @@ TEST_CASE("a hold that ends at a new set point gives CO the law's step for it",
     bench.step(bench.answer(HoldAction::hold_here));
     CHECK(bench.step(bench.answer(HoldAction::release)).added == 0.0);
   }
+}
+
+TEST_CASE("the reason of a shadow is not that of the acting planned moves",
+          "[control][planned_moves]") {
+  Bench bench;
+  bench.settings.shadow = true;
+  bench.step({});
+  MovesRequest request = bench.answer(HoldAction::release);
+  request.disengaged = DisengageReason::no_gain;
+  bench.step(request);
+  REQUIRE(bench.hold.disengaged() == DisengageReason::no_gain);
+  bench.settings.shadow = false;
+  bench.step(request);
+  CHECK(bench.hold.disengaged() == DisengageReason::none);
+}
+
+TEST_CASE("a request without a number for its output or its band ends a hold",
+          "[control][planned_moves]") {
+  Bench bench;
+  bench.begin();
+  MovesRequest request = bench.answer(HoldAction::hold_at, 35.0);
+  double* const number = GENERATE_REF(&request.output, &request.pv_low, &request.pv_high);
+  *number = std::numeric_limits<double>::quiet_NaN();
+  const Correction ended = bench.step(request);
+  CHECK(ended.release);
+  CHECK(ended.added == 0.0);
 }
 
 TEST_CASE("a hold ends when PV leaves the band of its request", "[control][planned_moves]") {

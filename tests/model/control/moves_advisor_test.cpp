@@ -146,6 +146,43 @@ TEST_CASE("if the advisor stops, the hold ends in time and PI takes over without
   CHECK(bench.advisor.state()->reason == DisengageReason::interrupted);
 }
 
+TEST_CASE("a late advisor pushes no farther at once than a prompt one",
+          "[control][planned_moves]") {
+  plant::LoopModel m = sticking_loop(0.01);
+  m.valve_effects.front().parameters["s"] = 1.5;  // planned moves are told 0.6
+  Bench bench(m, GENERATE(1, 20));
+  double largest = 0.0;
+  for (int k = 0; k < 40000; ++k) {
+    const MovePhase phase = bench.phase();
+    const double before = bench.request.output;
+    bench.step();
+    const bool pushes = phase == MovePhase::backing_off || phase == MovePhase::moving;
+    if (pushes && bench.phase() == phase) {
+      largest = std::max(largest, std::abs(bench.request.output - before));
+    }
+  }
+  CHECK(largest > 0.0);
+  CHECK(largest < 0.05);  // the estimate of s per 3 s
+}
+
+TEST_CASE("a probe that the stem follows is taken back before the hold ends",
+          "[control][planned_moves]") {
+  plant::LoopModel m = sticking_loop();
+  m.valve_effects.clear();
+  m.disturbances = {
+      {.name = "oscillating_disturbance", .parameters = {{"amplitude", 0.3}, {"period", 60.0}}}};
+  Bench bench(m, GENERATE(1, 20));
+  bench.until(MovePhase::probing);
+  const double held = bench.request.output;
+  double last = held;
+  while (bench.holds()) {
+    last = bench.controller.moves_sample()->held;
+    bench.step();
+  }
+  CHECK(bench.advisor.state()->reason == DisengageReason::valve_follows);
+  CHECK(last == Approx(held));
+}
+
 TEST_CASE("an operator's output during a move wins, and the move does not go on after it",
           "[control][planned_moves]") {
   Bench bench(sticking_loop(0.01));
