@@ -8,7 +8,6 @@
 // depend on its evidence.
 #pragma once
 
-#include <atomic>
 #include <chrono>
 #include <condition_variable>
 #include <cstddef>

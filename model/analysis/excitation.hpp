@@ -10,9 +10,7 @@
 #pragma once
 
 #include <array>
-#include <cstddef>
 #include <cstdint>
-#include <span>
 #include <vector>
 
 #include "model/numeric/loop_record.hpp"

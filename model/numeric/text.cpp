@@ -3,7 +3,6 @@
 
 #include <array>
 #include <cstdarg>
-#include <cstdio>
 
 namespace loopwarden::numeric {
 

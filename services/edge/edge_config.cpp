@@ -5,7 +5,6 @@
 
 #include <cmath>
 #include <optional>
-#include <vector>
 
 #include "config/file_keys.hpp"
 #include "config/log_level.hpp"
