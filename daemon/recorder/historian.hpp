@@ -9,7 +9,6 @@
 #include <cstdint>
 #include <filesystem>
 #include <mutex>
-#include <string>
 #include <vector>
 
 #include "daemon/loops/loop_runtime.hpp"

@@ -2,7 +2,6 @@
 #include "daemon/supervision/history.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 
 namespace loopwarden::daemon::supervision {

@@ -7,7 +7,6 @@
 #include <memory>
 #include <optional>
 #include <string>
-#include <vector>
 
 #include "base/spsc_ring.hpp"
 #include "daemon/supervision/corrective_control.hpp"

@@ -345,7 +345,7 @@ std::vector<double> outside_output(const numeric::LoopView& c, const Feedback& f
   return u;
 }
 
-PiGains find_pi_gains(const numeric::LoopView& c, double period_s) {
+PiGains find_pi_gains(const numeric::LoopView& c) {
   PiGains gains;
   const auto [low, high] = std::minmax_element(c.co.begin(), c.co.end());
   std::vector<std::size_t> rows;
@@ -363,8 +363,8 @@ PiGains find_pi_gains(const numeric::LoopView& c, double period_s) {
     const std::size_t k = rows[static_cast<std::size_t>(r)];
     const double e = sp(k) - c.pv[k];
     columns(r, 0) = e - (sp(k - 1) - c.pv[k - 1]);
-    columns(r, 1) = e * period_s;
-    if (!sp_known) columns(r, 2) = period_s;
+    columns(r, 1) = e * c.period_s;
+    if (!sp_known) columns(r, 2) = c.period_s;
     move(r) = c.co[k] - c.co[k - 1];
   }
   const Regression found = regress(columns, move);

@@ -10,9 +10,7 @@
 #pragma once
 
 #include <array>
-#include <cstddef>
 #include <cstdint>
-#include <span>
 #include <vector>
 
 #include "model/numeric/loop_record.hpp"
@@ -53,6 +51,6 @@ struct PiGains {
   double explained = 0.0;  // explained share of the moves of CO, 0 to 1
   double set_point = 0.0;  // PV units, the estimate if SP is not given
 };
-PiGains find_pi_gains(const numeric::LoopView& columns, double period_s);
+PiGains find_pi_gains(const numeric::LoopView& columns);
 
 }  // namespace loopwarden::analysis

@@ -789,7 +789,7 @@ AssumedModel assumed_model(const numeric::LoopView& record, const KnownRanges& k
   say_range("CO", co_low, co_high, known.co.has_value());
   say_range("PV", pv_low, pv_high, known.pv.has_value());
   const ControllerRows rows = controller_rows(c);
-  const PiGains gains = find_pi_gains(rows.loop.view(), rows.loop.period_s);
+  const PiGains gains = find_pi_gains(rows.loop.view());
   if (out.identification.closed_loop && gains.explained >= Limits::kUnderstood) {
     out.controller_known = true;
     const bool direct = gains.kp < 0.0;

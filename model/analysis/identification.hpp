@@ -38,7 +38,6 @@
 // (1942); Sewdass, thesis, figure 6.4.
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <optional>
 #include <span>

@@ -6,6 +6,8 @@
 #include <cstddef>
 #include <vector>
 
+#include "model/numeric/loop_record.hpp"
+
 namespace loopwarden::analysis {
 namespace {
 
@@ -27,9 +29,7 @@ void measure_error(std::span<const double> sp, std::span<const double> pv, LoopM
 }
 
 void measure_swing(std::span<const double> pv, double sample_time_s, LoopMetrics& m) {
-  std::vector<double> sorted;
-  std::copy_if(pv.begin(), pv.end(), std::back_inserter(sorted),
-               [](double v) { return std::isfinite(v); });
+  std::vector<double> sorted = numeric::known(pv);
   if (sorted.size() < 2) return;
   const auto percentile = [&](double share) {
     const auto nth = sorted.begin() +

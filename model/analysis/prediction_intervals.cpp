@@ -2,7 +2,6 @@
 // The intervals of prediction_error.hpp.
 #include <Eigen/Dense>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <functional>
 

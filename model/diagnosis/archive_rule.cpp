@@ -2,21 +2,18 @@
 #include "model/diagnosis/archive_rule.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <vector>
 
 #include "model/diagnosis/limits.hpp"
+#include "model/numeric/loop_record.hpp"
 #include "model/numeric/statistics.hpp"
 
 namespace loopwarden::diagnosis {
 namespace {
 
 double moves(std::span<const double> x) {
-  std::vector<double> known;
-  for (const double v : x) {
-    if (std::isfinite(v)) known.push_back(v);
-  }
+  std::vector<double> known = numeric::known(x);
   if (known.empty()) return 0.0;
   const double high = numeric::quantile_in_place(known, 0.95);
   return high - numeric::quantile_in_place(known, 0.05);

@@ -14,7 +14,6 @@
 // Limits and figures: docs/explanation/accuracy.md.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <span>
 #include <string>

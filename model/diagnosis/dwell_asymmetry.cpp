@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <vector>
 
 #include "model/diagnosis/limits.hpp"
 #include "model/diagnosis/series_ops.hpp"

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <tuple>
 
 #include "model/diagnosis/correlation.hpp"
 #include "model/diagnosis/dwell_asymmetry.hpp"

@@ -5,10 +5,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <tuple>
 
 #include "model/diagnosis/limits.hpp"
+#include "model/numeric/loop_record.hpp"
 #include "model/numeric/statistics.hpp"
 #include "model/diagnosis/group.hpp"
 
@@ -27,10 +27,7 @@ constexpr std::size_t kRegressors = kOwn + kOther;
 using Gram = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic>;
 
 std::vector<double> scaled(std::span<const double> x) {
-  std::vector<double> known;
-  for (const double v : x) {
-    if (std::isfinite(v)) known.push_back(v);
-  }
+  const std::vector<double> known = numeric::known(x);
   const double mean = numeric::mean(known);
   const double deviation = numeric::deviation(known);
   std::vector<double> z(x.begin(), x.end());

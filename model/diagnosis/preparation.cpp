@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <utility>
 #include <vector>
 
@@ -32,18 +31,6 @@ std::size_t standstill_length(std::size_t samples) {
   return std::max<std::size_t>(
       3 * Limits::kLongestGap,
       static_cast<std::size_t>(Limits::kManualShare * static_cast<double>(samples)));
-}
-
-// Returns the least and greatest of the finite values.
-std::pair<double, double> range_of(std::span<const double> x) {
-  double low = std::numeric_limits<double>::infinity();
-  double high = -low;
-  for (const double v : x) {
-    if (!std::isfinite(v)) continue;
-    low = std::min(low, v);
-    high = std::max(high, v);
-  }
-  return {low, high};
 }
 
 // Returns the samples that count: complete, and not in a stretch in which CO rests for long.
@@ -293,7 +280,7 @@ bool off_set_point(const numeric::LoopView& r, Part part, double share, double n
 std::vector<char> limited_samples(const numeric::LoopView& r) {
   const std::size_t n = r.pv.size();
   std::vector<char> limited(n, 0);
-  const auto [low, high] = range_of(r.co);
+  const auto [low, high] = numeric::range_of(r.co);
   const double near_end = Limits::kNearEnd * (r.co_high - r.co_low);
   const bool low_known = low >= r.co_low - near_end;
   const bool high_known = high <= r.co_high + near_end;

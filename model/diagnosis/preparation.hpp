@@ -28,7 +28,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <span>
 #include <string>
 
 #include "model/diagnosis/oscillation.hpp"

@@ -16,10 +16,8 @@
 #pragma once
 
 #include <cstddef>
-#include <cstdint>
 #include <optional>
 #include <span>
-#include <vector>
 
 #include "model/diagnosis/classifier.hpp"
 #include "model/numeric/loop_record.hpp"

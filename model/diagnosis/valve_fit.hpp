@@ -6,7 +6,6 @@
 // second order, and no gain or load that change.
 #pragma once
 
-#include <cstddef>
 
 #include "model/diagnosis/preparation.hpp"
 

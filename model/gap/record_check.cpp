@@ -14,11 +14,6 @@ using numeric::text;
 
 std::string percent(double share) { return text("%.3g %%", 100.0 * share); }
 
-std::size_t missing_in(const std::vector<double>& column) {
-  return static_cast<std::size_t>(
-      std::count_if(column.begin(), column.end(), [](double v) { return !std::isfinite(v); }));
-}
-
 // The longest stretch of equal values.
 std::pair<std::size_t, std::size_t> longest_rest(const std::vector<double>& column) {
   std::pair<std::size_t, std::size_t> longest{0, 0};
@@ -161,7 +156,7 @@ std::string check_sampling(const LoopRecord& record, const plant::LoopModel& mod
 
 std::string check_pv(const LoopRecord& record, const plant::LoopModel& model, RecordCheck& check) {
   const std::size_t n = record.size();
-  const std::size_t missing = missing_in(record.pv);
+  const std::size_t missing = numeric::missing(record.pv);
   if (record.pv_as_stored) {
     note(check, "stored",
          text("PV is compared at the %zu samples for which a value was stored", n - missing));
@@ -205,7 +200,7 @@ std::string check_pv(const LoopRecord& record, const plant::LoopModel& model, Re
 std::string check_co(const LoopRecord& record, const plant::LoopModel& model, RecordCheck& check) {
   if (!record.has_co()) return {};
   const std::size_t n = record.size();
-  const std::size_t missing = missing_in(record.co);
+  const std::size_t missing = numeric::missing(record.co);
   if (missing * 20 > n) {
     return percent(static_cast<double>(missing) / static_cast<double>(n)) +
            " of CO is missing; at most 5 % may be";

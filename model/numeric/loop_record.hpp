@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <iterator>
 #include <span>
 #include <vector>
 
@@ -16,6 +17,14 @@ namespace loopwarden::numeric {
 inline std::size_t missing(std::span<const double> column) noexcept {
   return static_cast<std::size_t>(
       std::count_if(column.begin(), column.end(), [](double v) { return !std::isfinite(v); }));
+}
+
+// Returns the samples that are not missing.
+inline std::vector<double> known(std::span<const double> column) {
+  std::vector<double> values;
+  std::copy_if(column.begin(), column.end(), std::back_inserter(values),
+               [](double v) { return std::isfinite(v); });
+  return values;
 }
 
 struct LoopView {

@@ -6,7 +6,6 @@
 #pragma once
 
 #include <cstddef>
-#include <cstdint>
 
 #include "model/control/simulated_controller.hpp"
 #include "model/plant/loop_model.hpp"

@@ -21,7 +21,6 @@
 #pragma once
 
 #include <optional>
-#include <string>
 
 #include "model/gap/workflow.hpp"
 #include "model/alarm/alarm_kind.hpp"

@@ -8,8 +8,6 @@
 #include <limits>
 #include <map>
 #include <numbers>
-#include <numeric>
-#include <optional>
 #include <utility>
 
 #include "model/effects/catalogue.hpp"

@@ -42,7 +42,6 @@
 // ch. 7 (bounded errors; the form is Cauchy's).
 #pragma once
 
-#include <string>
 #include <vector>
 
 #include "model/gap/record.hpp"

@@ -20,7 +20,6 @@
 // second difference that shows it). The shares are our choice.
 #pragma once
 
-#include <optional>
 #include <string>
 #include <vector>
 

@@ -32,7 +32,6 @@
 // looks late by backlash/speed); see a lag while the stem rests.
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
 
 #include "model/analysis/condition_index.hpp"

@@ -13,7 +13,6 @@
 #include <array>
 #include <cstdint>
 #include <optional>
-#include <string>
 
 #include "model/watch/limits.hpp"
 #include "model/watch/load_watch.hpp"

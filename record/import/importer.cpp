@@ -8,7 +8,6 @@
 #include <initializer_list>
 #include <map>
 #include <set>
-#include <unordered_map>
 #include <utility>
 
 #include "base/edit_distance.hpp"

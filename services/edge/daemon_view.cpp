@@ -2,7 +2,6 @@
 #include "services/edge/daemon_view.hpp"
 
 #include <fmt/format.h>
-#include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <cmath>

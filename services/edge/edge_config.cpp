@@ -4,14 +4,10 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <optional>
-#include <vector>
 
 #include "config/file_keys.hpp"
 #include "config/log_level.hpp"
-#include "config/map_reader.hpp"
-#include "config/source_file.hpp"
-#include "config/yaml_document.hpp"
+#include "config/document.hpp"
 #include "services/net/sparkplug/topic.hpp"
 #include "services/net/broker/broker_reader.hpp"
 
@@ -142,29 +138,16 @@ EdgeConfig read_edge(MapReader& in, const std::string& file) {
 }  // namespace
 
 config::Loaded<EdgeConfig> read_edge_text(const std::string& file, std::string_view text) {
-  config::Report report(file);
-  EdgeConfig config;
-  if (std::optional<config::YamlNode> root = config::parse_yaml(text, report)) {
-    MapReader in(*root, "", report);
-    config = read_edge(in, file);
-    config::report_unknown_keys(*root, report);
-  }
-  return config::loaded(std::move(config), report);
+  return config::load_text<EdgeConfig>(file, text,
+                                       [&](MapReader& in) { return read_edge(in, file); });
 }
 
 config::Loaded<EdgeConfig> read_edge_file(const std::filesystem::path& path) {
-  config::Report report(path.string());
-  const std::optional<std::string> text = config::read_source_file(path, report);
-  if (!text) return {std::nullopt, report.take()};
-  return read_edge_text(path.string(), *text);
+  return config::load_file(path, read_edge_text);
 }
 
 config::KeyReference describe_edge() {
-  config::KeyReference reference;
-  config::Report report("edge.yaml");
-  MapReader in(reference, "", report);
-  read_edge(in, "edge.yaml");
-  return reference;
+  return config::keys_of([](MapReader& in) { read_edge(in, "edge.yaml"); });
 }
 
 }  // namespace loopwarden::edge

@@ -4,7 +4,6 @@
 #include <unistd.h>
 
 #include <array>
-#include <chrono>
 #include <cmath>
 #include <cstdint>
 #include <nlohmann/json.hpp>
@@ -36,7 +35,6 @@ struct SimulateOptions {
 
 struct Run {
   std::vector<double> sp, pv, stem;
-  double seconds_of_work = 0.0;
 };
 
 // Returns the CO units per step of a converter with `bits`; 0 without a converter.
@@ -54,7 +52,6 @@ Run simulate(const plant::LoopModel& model, const SimulateOptions& options,
                        1;
   Progress progress("simulate", samples);
   Run run;
-  const auto begin = std::chrono::steady_clock::now();
   for (std::uint64_t k = 0; k < samples; ++k) {
     const plant::LoopSample s = loop.step();
     const std::array<double, 2> truth{s.true_pv, s.severity};
@@ -65,8 +62,6 @@ Run simulate(const plant::LoopModel& model, const SimulateOptions& options,
     run.stem.push_back(s.stem);
     if (k % 4096 == 0) progress.update(k);
   }
-  run.seconds_of_work =
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   return run;
 }
 

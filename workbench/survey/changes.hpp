@@ -55,7 +55,7 @@ struct Comparing {
 //   size of another cause is the rms of SP - PV.
 // - same
 // - gone: healthy now
-// - rejected: held out now
+// - rejected: suppressed now
 // - unknown: not decidable now, or not in `now`
 // Loops are sorted by change, criticality, cost and rank.
 nlohmann::json compare_surveys(const nlohmann::json& now, const nlohmann::json& before,

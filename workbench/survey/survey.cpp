@@ -5,7 +5,6 @@
 
 #include <fstream>
 #include <map>
-#include <mutex>
 #include <set>
 #include <nlohmann/json.hpp>
 #include <utility>

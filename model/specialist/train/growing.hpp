@@ -17,7 +17,6 @@
 // Source: Sewdass, thesis (Durban University of Technology), sections 8.3, 8.4 and 9.3.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <functional>
 #include <optional>

@@ -209,10 +209,6 @@ double mean_square_error(const Network& network, const Lessons& lessons) {
          static_cast<double>(lessons.targets.size());
 }
 
-Network levenberg_marquardt_step(const Network& network, const Lessons& lessons, double mu) {
-  return NormalEquations(network, lessons).solve(mu);
-}
-
 Learned learn(const Network& start, const Lessons& training, const Lessons& validation,
               const Lessons& test, const LearningSettings& settings,
               const std::function<void(std::size_t, const Epoch&)>& on_epoch) {

@@ -68,8 +68,4 @@ Learned learn(const Network& start, const Lessons& training, const Lessons& vali
               const Lessons& test, const LearningSettings& settings,
               const std::function<void(std::size_t, const Epoch&)>& on_epoch = {});
 
-// Returns one Levenberg-Marquardt step by the formula above, as a network of changes. Exposed for
-// tests.
-Network levenberg_marquardt_step(const Network& network, const Lessons& lessons, double mu);
-
 }  // namespace loopwarden::specialist

@@ -11,8 +11,6 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <set>
-#include <string_view>
-#include <utility>
 #include <vector>
 
 #include "base/text.hpp"

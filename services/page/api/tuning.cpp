@@ -3,7 +3,6 @@
 #include "services/page/tuning/proposal.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <mutex>
 #include <optional>
 

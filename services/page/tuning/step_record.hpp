@@ -12,7 +12,6 @@
 #include <cstdint>
 #include <filesystem>
 #include <optional>
-#include <vector>
 
 #include "model/numeric/loop_record.hpp"
 #include "services/page/history/history.hpp"

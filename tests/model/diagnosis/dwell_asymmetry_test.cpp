@@ -11,11 +11,6 @@ namespace {
 
 using namespace diagnosis;
 
-constexpr double kPeriod = 40.0;
-Series cycle(double (*shape)(double), double shift = 0.0) {
-  return made_of(800, [=](double k) { return shape(k / kPeriod + shift); });
-}
-
 TEST_CASE("a PV that dwells and jumps while CO ramps is distinguished from one that follows CO") {
   const Series co = cycle(triangle);
   const DwellAsymmetry sticking = find_dwell_asymmetry(co, cycle(square, 0.1), kPeriod);

@@ -12,11 +12,6 @@ namespace {
 
 using namespace diagnosis;
 
-constexpr double kPeriod = 40.0;
-Series cycle(double (*shape)(double), double shift = 0.0) {
-  return made_of(800, [=](double k) { return shape(k / kPeriod + shift); });
-}
-
 TEST_CASE("an oscillation in noise is found with its period, noise gives no oscillation") {
   const Series cycling = with_noise(cycle(sine), 0.7, 3);
   const Oscillation found = find_oscillation(cycling);
