@@ -9,7 +9,6 @@
 #include <string>
 #include <utility>
 
-
 #include "base/local_server.hpp"
 #include "daemon/console/plant.hpp"
 #include "daemon/console/request.hpp"

@@ -6,7 +6,6 @@
 // second order, and no gain or load that change.
 #pragma once
 
-
 #include "model/diagnosis/preparation.hpp"
 
 namespace loopwarden::diagnosis {

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "workbench/records/recorder_input.hpp"
 
-
 #include <algorithm>
 #include <charconv>
 #include <chrono>

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "services/fleet/host/device_book.hpp"
 
-
 namespace loopwarden::fleet {
 namespace {
 

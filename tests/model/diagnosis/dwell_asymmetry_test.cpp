@@ -13,8 +13,8 @@ using namespace diagnosis;
 
 TEST_CASE("a PV that dwells and jumps while CO ramps is distinguished from one that follows CO") {
   const Series co = cycle(triangle);
-  const DwellAsymmetry sticking = find_dwell_asymmetry(co, cycle(square, 0.1), kPeriod);
-  const DwellAsymmetry following = find_dwell_asymmetry(co, cycle(triangle, -0.1), kPeriod);
+  const DwellAsymmetry sticking = find_dwell_asymmetry(co, cycle(square, 0.1), kCyclePeriod);
+  const DwellAsymmetry following = find_dwell_asymmetry(co, cycle(triangle, -0.1), kCyclePeriod);
   CHECK(sticking.behind_concentration > 0.6);
   CHECK(following.behind_concentration < 0.3);
   CHECK(sticking.output_concentration < 0.2);

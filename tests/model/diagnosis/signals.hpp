@@ -77,9 +77,9 @@ inline std::function<double(double)> wandering_load(double mean, double step = 0
   };
 }
 
-constexpr double kPeriod = 40.0;  // samples, of cycle()
+constexpr double kCyclePeriod = 40.0;  // samples, of cycle()
 inline Series cycle(double (*shape)(double), double shift = 0.0) {
-  return made_of(800, [=](double k) { return shape(k / kPeriod + shift); });
+  return made_of(800, [=](double k) { return shape(k / kCyclePeriod + shift); });
 }
 
 }  // namespace loopwarden::tests
