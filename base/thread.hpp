@@ -4,8 +4,10 @@
 #include <pthread.h>
 
 #include <chrono>
+#include <condition_variable>
 #include <cstddef>
 #include <functional>
+#include <mutex>
 #include <optional>
 #include <string>
 
@@ -39,5 +41,14 @@ class Thread {
   pthread_t handle_{};
   bool started_ = false;
 };
+
+// Sets `quit` under its mutex and wakes the thread that waits for `changed`.
+inline void ask_to_end(std::mutex& mutex, bool& quit, std::condition_variable& changed) {
+  {
+    const std::lock_guard lock(mutex);
+    quit = true;
+  }
+  changed.notify_all();
+}
 
 }  // namespace loopwarden::base

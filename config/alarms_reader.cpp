@@ -6,6 +6,8 @@
 #include <optional>
 #include <string>
 
+#include "model/alarm/limits.hpp"
+
 namespace loopwarden::config {
 namespace {
 
@@ -37,7 +39,7 @@ class Reader {
     if (context_.watched) normal = alarm::NormalMode::any;
     process(AlarmKind::enable_open).fitted = context_.has_enable;
     process(AlarmKind::source_lost).fitted = context_.watched;
-    process(AlarmKind::deviation).on_delay_s = alarm::kDeviationDelay_s;
+    process(AlarmKind::deviation).on_delay_s = alarm::AlarmLimits::kDeviationDelay_s;
     process(AlarmKind::pv_high_high).on_delay_s = kFarDelay_s;
     process(AlarmKind::pv_low_low).on_delay_s = kFarDelay_s;
     if (!in) return alarms_;
@@ -75,7 +77,8 @@ class Reader {
 
   // The keys that all alarms share appear once in the reference.
   void describe(MapReader& in) {
-    in.maybe_section("ALARM", "an alarm by its name, such as bad_pv or pv_high: docs/alarms.md",
+    in.maybe_section("ALARM",
+                     "an alarm by its name, such as bad_pv or pv_high: docs/reference/alarms.md",
                      [&](MapReader& alarm) { read_common(alarm, AlarmKind::bad_pv); });
     for (const AlarmKind kind : alarm::kLimitAlarms) {
       in.maybe_section(to_text(kind), "off if absent",
@@ -86,7 +89,7 @@ class Reader {
   void read_common(MapReader& in, AlarmKind kind) {
     const std::size_t at = alarm::index_of(kind);
     in.set_one_of("priority", kPriorities, "urgency of the operator's action", alarms_.priority[at],
-                  {.fallback = in.describing() ? "docs/alarms.md" : ""});
+                  {.fallback = in.describing() ? "docs/reference/alarms.md" : ""});
     if (alarm::is_process_alarm(kind)) {
       alarm::ProcessRule& rule = process(kind);
       constexpr Interval kDelays = between(0.0, 3600.0);
@@ -103,7 +106,7 @@ class Reader {
     }
     AlarmTexts& texts = alarms_.texts[at];
     const auto text = [&](const char* key, const char* meaning, std::string& value) {
-      const Value<std::string> said = in.text(key, meaning, "docs/alarms.md");
+      const Value<std::string> said = in.text(key, meaning, "docs/reference/alarms.md");
       if (said.given && said.valid) value = said;
     };
     text("cause", "possible causes, for people", texts.cause);

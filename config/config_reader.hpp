@@ -3,7 +3,7 @@
 //   DIR/loopwardend.yaml    the daemon itself; may be absent
 //   DIR/loops.d/*.yaml      one loop per file, in the order of their names
 // It checks that the files fit together and finds all errors of all files in one pass.
-// docs/configuration.md lists all keys.
+// docs/reference/configuration.md lists all keys.
 #pragma once
 
 #include <filesystem>

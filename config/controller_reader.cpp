@@ -81,8 +81,8 @@ control::PidGains read_gains(MapReader& in, std::optional<double> pv_span,
   control::PidGains gains{.kp = kp, .ki = ki, .kd = kd, .derivative_filter_s = filter};
   if (parallel != nullptr && isa != nullptr) {
     in.report().error(isa->place, isa->key,
-                      fmt::format("is of the ISA form, but {} (at {}) is of the parallel form; "
-                                  "keep to one",
+                      fmt::format("belongs to the ISA form, but {} (at {}) to the parallel form. "
+                                  "Use one form",
                                   parallel->key, to_text(parallel->place)));
     return gains;
   }

@@ -148,8 +148,10 @@ FeederUser read_feeder(MapReader& in, const DaemonFile& daemon) {
 
 SocketRights read_rights(MapReader& in) {
   SocketRights rights;
-  rights.alarms =
-      in.flag("alarms", "acknowledge, reset and shelve alarms, veto corrective action", false);
+  rights.alarms = in.flag(
+      "alarms",
+      "acknowledge, reset and shelve alarms, veto corrective action, start offered planned moves",
+      false);
   rights.control = in.flag("control", "set point, mode, output and jacket", false);
   return rights;
 }

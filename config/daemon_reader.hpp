@@ -4,7 +4,6 @@
 
 #include <map>
 #include <string>
-#include <vector>
 
 #include "config/loop_config.hpp"
 #include "config/map_reader.hpp"

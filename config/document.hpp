@@ -37,12 +37,12 @@ Loaded<T> load_text(const std::string& file, std::string_view text, Read read) {
 }
 
 // Calls `read_text` with the file's name and text.
-template <class T>
-Loaded<T> load_file(const std::filesystem::path& path,
-                    Loaded<T> (*read_text)(const std::string& file, std::string_view text)) {
+template <class ReadText>
+auto load_file(const std::filesystem::path& path, ReadText read_text)
+    -> decltype(read_text(path.string(), std::string_view())) {
   Report report(path.string());
-  const std::optional<std::string> text = read_source_file(path, report);
-  return text ? read_text(path.string(), *text) : Loaded<T>{std::nullopt, report.take()};
+  if (const auto text = read_source_file(path, report)) return read_text(path.string(), *text);
+  return {std::nullopt, report.take()};
 }
 
 // Returns the keys that `read` reads.

@@ -3,7 +3,6 @@
 // names, parameters, ranges and options (model/effects/catalogue.hpp).
 #pragma once
 
-#include <optional>
 #include <vector>
 
 #include "config/map_reader.hpp"

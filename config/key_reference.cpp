@@ -69,7 +69,8 @@ std::string describe_configuration() {
   text += "\n## A loop: `loops.d/*.yaml`\n";
   text += kLoopNotes + to_markdown(describe_loop());
   text +=
-      "\n## A loop that another controller runs: `control: elsewhere`\n\n[watch.md](watch.md) is "
+      "\n## A loop that another controller runs: `control: "
+      "elsewhere`\n\n[watch-a-loop.md](../how-to/watch-a-loop.md) is "
       "the guide.\n" +
       to_markdown(describe_watched_loop());
   text += std::string("\n## Wiring by registers and counts\n") + kWiringNotes;

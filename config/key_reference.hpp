@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// The readers' description of their keys: the source of docs/configuration.md. The build makes
-// loopwardend.yaml(5) from it.
+// The readers' description of their keys: the source of docs/reference/configuration.md. The build
+// makes loopwardend.yaml(5) from it.
 #pragma once
 
 #include <string>
-#include <string_view>
 #include <vector>
 
 namespace loopwarden::config {
@@ -30,7 +29,7 @@ class KeyReference {
 // Returns a Markdown table for each mapping.
 std::string to_markdown(const KeyReference& reference);
 
-// Returns the whole text of docs/configuration.md.
+// Returns the whole text of docs/reference/configuration.md.
 std::string describe_configuration();
 
 }  // namespace loopwarden::config

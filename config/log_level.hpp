@@ -13,8 +13,7 @@ inline std::string read_log_level(MapReader& in) {
   constexpr std::array kLevels{
       Choice<const char*>{"debug", "debug"}, Choice<const char*>{"info", "info"},
       Choice<const char*>{"warn", "warn"}, Choice<const char*>{"error", "error"}};
-  return in.one_of("log_level", kLevels, "least grave message that is logged", kLevels[1].value)
-      .value;
+  return in.one_of("log_level", kLevels, "lowest severity that is logged", kLevels[1].value).value;
 }
 
 }  // namespace loopwarden::config

@@ -261,7 +261,7 @@ class ModelReader {
     if (set_point.given && set_point.valid) check_set_point(in, set_point);
     constexpr std::int64_t kLargestSeed = std::numeric_limits<std::int64_t>::max();
     scenario.seed = static_cast<std::uint64_t>(
-        in.integer("seed", {0, kLargestSeed, "", "of all random numbers"}, 1));
+        in.integer("seed", {0, kLargestSeed, "", "seed of all random numbers"}, 1));
     scenario.faults = read_faults(in, context_);
     for (const plant::ScheduledFault& fault : scenario.faults) {
       if (model_.has_valve || fault.block != Block::valve) continue;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reads loop models: the assumptions of the simulation about a loop. docs/configuration.md lists
-// all keys.
+// Reads loop models: the assumptions of the simulation about a loop.
+// docs/reference/configuration.md lists all keys.
 #pragma once
 
 #include <filesystem>

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reads a loop file: one control loop of the daemon. docs/configuration.md lists all keys.
+// Reads a loop file: one control loop of the daemon. docs/reference/configuration.md lists all
+// keys.
 #pragma once
 
 #include <string>

@@ -8,7 +8,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cstdint>
 #include <sstream>
 #include <stdexcept>
 #include <utility>

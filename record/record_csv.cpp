@@ -52,8 +52,8 @@ class Parser {
   struct Column {
     std::string_view name;
     std::vector<double>* values;
-    bool* present;         // null: required
-    std::size_t* missing;  // null: every cell is required
+    bool required;  // in the file
+    bool complete;  // every cell is required
     std::size_t index = kAbsent;
   };
   static constexpr std::size_t kAbsent = static_cast<std::size_t>(-1);
@@ -116,16 +116,14 @@ class Parser {
         if (cells_[i].text != column.name) continue;
         if (column.index != kAbsent) fail_twice(cells_[i]);
         column.index = i;
-        if (column.present != nullptr) *column.present = true;
       }
       if (cells_[i].text == "mode") {
         if (mode_index_ != kAbsent) fail_twice(cells_[i]);
         mode_index_ = i;
-        record_.has_mode = true;
       }
     }
     for (const Column& column : columns_) {
-      if (column.present == nullptr && column.index == kAbsent) fail_missing(column.name);
+      if (column.required && column.index == kAbsent) fail_missing(column.name);
     }
   }
 
@@ -194,8 +192,7 @@ class Parser {
     // Many programs write this for a missing value.
     const bool nan = cell.text.size() == 3 && base::lower_case(cell.text) == "nan";
     if (cell.text.empty() || nan) {
-      if (column.missing == nullptr) fail(cell.column, fmt::format("{}: no value", column.name));
-      ++*column.missing;
+      if (column.complete) fail(cell.column, fmt::format("{}: no value", column.name));
       return std::numeric_limits<double>::quiet_NaN();
     }
     double number = 0.0;
@@ -210,7 +207,7 @@ class Parser {
     if (error != std::errc{} || stop != end || !std::isfinite(number)) {
       fail(cell.column,
            fmt::format("{}: {} is not a number{}", column.name, base::in_quotes(cell.text),
-                       column.missing != nullptr && error == std::errc{} && stop == end
+                       !column.complete && error == std::errc{} && stop == end
                            ? "; leave the cell of a missing sample empty"
                            : ""));
     }
@@ -253,11 +250,11 @@ class Parser {
   Record record_;
   std::size_t mode_index_ = kAbsent;
   std::array<Column, 5> columns_{{
-      {"time", &record_.time_s, nullptr, nullptr},
-      {"pv", &record_.pv, nullptr, &record_.missing_pv},
-      {"sp", &record_.sp, &record_.has_sp, &record_.missing_sp},
-      {"co", &record_.co, &record_.has_co, &record_.missing_co},
-      {"stem", &record_.stem, &record_.has_stem, &record_.missing_stem},
+      {"time", &record_.time_s, true, true},
+      {"pv", &record_.pv, true, false},
+      {"sp", &record_.sp, false, false},
+      {"co", &record_.co, false, false},
+      {"stem", &record_.stem, false, false},
   }};
 };
 
@@ -374,19 +371,20 @@ void RecordCsvWriter::finish() {
 }
 
 void write_record(const Record& record, const std::filesystem::path& path) {
-  RecordColumns columns{.sp = record.has_sp, .co = record.has_co, .stem = record.has_stem};
-  if (record.has_mode) columns.more.emplace_back("mode");
+  RecordColumns columns{
+      .sp = !record.sp.empty(), .co = !record.co.empty(), .stem = !record.stem.empty()};
+  if (!record.automatic.empty()) columns.more.emplace_back("mode");
   RecordCsvWriter writer(path, std::move(columns));
-  const auto at = [](bool has, const std::vector<double>& column, std::size_t i) {
-    return has ? column[i] : RecordSample::kNone;
+  const auto at = [](const std::vector<double>& column, std::size_t i) {
+    return column.empty() ? RecordSample::kNone : column[i];
   };
   for (std::size_t i = 0; i < record.size(); ++i) {
-    const double mode = at(record.has_mode, record.automatic, i);
+    const double mode = at(record.automatic, i);
     writer.add({.time_s = record.time_s[i],
                 .pv = record.pv[i],
-                .sp = at(record.has_sp, record.sp, i),
-                .co = at(record.has_co, record.co, i),
-                .stem = at(record.has_stem, record.stem, i)},
+                .sp = at(record.sp, i),
+                .co = at(record.co, i),
+                .stem = at(record.stem, i)},
                {&mode, 1});
   }
   writer.finish();

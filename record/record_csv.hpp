@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "base/file.hpp"
+#include "model/numeric/loop_record.hpp"
 
 namespace loopwarden::record {
 
@@ -37,29 +38,12 @@ class RecordError : public std::runtime_error {
   std::size_t column_;
 };
 
-// A record of a loop. Columns have equal length; columns missing in the file are empty. NaN marks a
-// missing sample.
+// A record of a loop. Columns missing in the file are empty.
 //
 // `mode` is a word of a control system (AUTO, MAN, CAS, ... in any case), or the number in exports
 // of the daemon: 0 manual, 1 automatic, 2 fallback. Other values count as unknown.
-struct Record {
-  std::vector<double> time_s;     // strictly rising, complete
-  std::vector<double> pv;         // PV units
-  std::vector<double> sp;         // PV units
-  std::vector<double> co;         // CO units
-  std::vector<double> stem;       // CO units
-  std::vector<double> automatic;  // 1: a controller moved CO, 0: it did not, NaN: unknown
-  bool has_sp = false;
-  bool has_co = false;
-  bool has_stem = false;
-  bool has_mode = false;
-  std::size_t missing_pv = 0;  // empty cells
-  std::size_t missing_sp = 0;
-  std::size_t missing_co = 0;
-  std::size_t missing_stem = 0;
-  double period_s = 0.0;  // s, > 0
-
-  std::size_t size() const noexcept { return time_s.size(); }
+struct Record : numeric::LoopRecord {
+  std::vector<double> time_s;  // strictly rising, complete
 };
 
 // Larger files are refused before they are parsed. About a week at 10 Hz.

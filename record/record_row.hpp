@@ -6,6 +6,9 @@
 #include <cstdint>
 #include <type_traits>
 
+#include "base/quality.hpp"
+#include "model/control/loop_state.hpp"
+
 namespace loopwarden::record {
 
 // Bits of RecordRow::flags.
@@ -33,15 +36,15 @@ struct RecordRow {
   float jacket_rate_shadow = 0.0F;  // CO units/s
   float compensator = 0.0F;         // CO units, added to the output
   float compensator_shadow = 0.0F;  // CO units
-  std::uint8_t mode = 0;            // control::Mode
-  std::uint8_t fault = 0;           // control::Fault
-  std::uint8_t pv_quality = 0;      // hal::Quality
-  std::uint8_t pv_reason = 0;       // hal::Reason
-  std::uint8_t flags = 0;           // RecordFlag
-  std::uint8_t jacket_form = 0;     // control::JacketForm
-  std::uint8_t requested_mode = 0;  // control::Mode requested by the operator
-  std::uint8_t pv_limit = 0;        // hal::Limit: PV is at a limit of its transmitter
-  float age_ms = 0.0F;              // age of PV at the start of the cycle, ms
+  control::Mode mode = control::Mode::manual;
+  control::Fault fault = control::Fault::none;
+  base::Quality pv_quality = base::Quality::bad;
+  base::Reason pv_reason = base::Reason::none;
+  std::uint8_t flags = 0;  // RecordFlag
+  control::JacketForm jacket_form = control::JacketForm::off;
+  control::Mode requested_mode = control::Mode::manual;  // by the operator
+  base::Limit pv_limit = base::Limit::none;              // PV is at a limit of its transmitter
+  float age_ms = 0.0F;                                   // age of PV at the start of the cycle, ms
 };
 
 static_assert(std::is_trivially_copyable_v<RecordRow>);

@@ -67,13 +67,13 @@ struct OldRowLayout {
   float calculated;
   float jacket;  // or the compensator's
   float jacket_shadow;
-  std::uint8_t mode;
-  std::uint8_t fault;
-  std::uint8_t pv_quality;
-  std::uint8_t pv_reason;
+  control::Mode mode;
+  control::Fault fault;
+  base::Quality pv_quality;
+  base::Reason pv_reason;
   std::uint8_t flags;
-  std::uint8_t jacket_form;
-  std::uint8_t requested_mode;
+  control::JacketForm jacket_form;
+  control::Mode requested_mode;
   std::uint8_t reserved;
   float age_ms;
   std::uint32_t index;
@@ -99,7 +99,7 @@ RecordRow row_of(const OldRowLayout& old) noexcept {
                 .jacket_form = old.jacket_form,
                 .requested_mode = old.requested_mode,
                 .age_ms = old.age_ms};
-  if (old.jacket_form != 0) {
+  if (old.jacket_form != control::JacketForm::off) {
     row.jacket_rate = old.jacket;
     row.jacket_rate_shadow = old.jacket_shadow;
     return row;
@@ -122,6 +122,18 @@ std::optional<Layout> sound_row(std::span<const char> bytes, std::uint32_t index
   if (layout.crc != base::crc32(bytes.first(offsetof(Layout, crc)), header_crc))
     return std::nullopt;
   return layout;
+}
+
+// Returns whether every enumeration of a row has a value that this version knows.
+bool is_known(const RecordRow& row) noexcept {
+  const bool known_quality = row.pv_quality == base::Quality::bad ||
+                             row.pv_quality == base::Quality::uncertain ||
+                             row.pv_quality == base::Quality::good;
+  return known_quality && row.mode <= control::Mode::fallback &&
+         row.requested_mode <= control::Mode::fallback &&
+         row.fault <= control::Fault::output_unknown &&
+         row.pv_reason <= base::Reason::out_of_service &&
+         row.jacket_form <= control::JacketForm::dwell && row.pv_limit <= base::Limit::high;
 }
 
 template <std::size_t N>
@@ -196,12 +208,13 @@ void encode(const RecordRow& row, std::uint32_t index, std::uint32_t header_crc,
 
 std::optional<RecordRow> decode_row(std::span<const char> bytes, std::uint32_t index,
                                     std::uint32_t header_crc) noexcept {
+  std::optional<RecordRow> row;
   if (bytes.size() == kOldRowBytes) {
-    const auto old = sound_row<OldRowLayout>(bytes, index, header_crc);
-    return old ? std::optional(row_of(*old)) : std::nullopt;
+    if (const auto old = sound_row<OldRowLayout>(bytes, index, header_crc)) row = row_of(*old);
+  } else if (const auto layout = sound_row<RowLayout>(bytes, index, header_crc)) {
+    row = layout->row;
   }
-  const auto layout = sound_row<RowLayout>(bytes, index, header_crc);
-  return layout ? std::optional(layout->row) : std::nullopt;
+  return row && is_known(*row) ? row : std::nullopt;
 }
 
 }  // namespace loopwarden::record

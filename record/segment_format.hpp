@@ -58,7 +58,7 @@ DecodedHeader decode_header(std::span<const char> bytes);
 void encode(const RecordRow& row, std::uint32_t index, std::uint32_t header_crc,
             std::span<char> bytes) noexcept;
 // `bytes` has the size of a row given by the header. Returns nullopt if it is not the undamaged row
-// `index` of the segment.
+// `index` of the segment, or if an enumeration has an unknown value.
 std::optional<RecordRow> decode_row(std::span<const char> bytes, std::uint32_t index,
                                     std::uint32_t header_crc) noexcept;
 

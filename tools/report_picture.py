@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Takes one plot out of a gap report, as an SVG that stands alone.
+"""Extracts one plot of a gap report as a separate SVG.
 
 Usage: tools/report_picture.py REPORT.html trend|residual|output|phase > picture.svg
 """
@@ -9,7 +9,7 @@ import sys
 
 
 def picture(page: str, name: str) -> str:
-    """The still picture of a figure, which the page shows where no script runs."""
+    """Returns the still picture of a figure, which the page shows without scripts."""
     still = page.index('<div class="still">', page.index(f'<figure id="{name}"'))
     begin = page.index("<svg", still)
     depth = 0

@@ -2,13 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """Proves by the call graph that the real-time path neither allocates, locks, throws nor logs.
 
-Disassembles a linked loopwardend, follows every call from the real-time roots, and fails with the
-call path when one reaches a function outside the program that is not on the short list below.
-Calls through pointers are allowed only where the program calls an interface (Clock, LoopIo, a plant's
-effects), and every implementation of these interfaces is a root itself.
+Disassembles a linked loopwardend and follows every call from the real-time roots. Fails with the
+call path if one reaches a function outside the program that is not on the short list below.
+Calls through pointers are allowed only if the program calls an interface (Clock, LoopIo, a plant's
+effects). Every implementation of these interfaces is also a root.
 
 Usage: rt_gate.py build/release/bin/loopwardend      (every build has -fno-jump-tables)
-x86-64 and arm64; of the other one it needs that binutils (Debian: binutils-aarch64-linux-gnu).
+x86-64 and arm64; the other architecture needs its binutils (Debian: binutils-aarch64-linux-gnu).
 """
 import re
 import subprocess
@@ -26,8 +26,8 @@ INTERFACE_CALLERS = [
     r"loopwarden::daemon::rt::ControlCycle::",  # LoopIo
     r"(double )?loopwarden::(effects::EffectChain|plant::Plant)::",  # Effect
 ]
-# What may be called outside the program: arithmetic, copying, the two calls of the clock, and in a package's program
-# the end of one whose stack was overwritten.
+# Functions outside the program that may be called: arithmetic, copying, the two calls of the clock, and in a package's program
+# the abort after a stack overflow.
 ALLOWED = {
     "memcpy", "memmove", "memset", "exp", "expm1", "log", "cos", "sin", "sincos", "atan2", "atanh", "pow", "sqrt", "floor", "ceil",
     "nearbyint", "lround", "round", "fmod", "fmin", "fmax", "clock_gettime", "clock_nanosleep",
@@ -39,8 +39,8 @@ MANDATORY_ROOTS = ["CyclicRunner::run", "SimLoopIo::read", "SimLoopIo::write", "
 
 FUNCTION = re.compile(r"^[0-9a-f]+ <(.*)>:$")
 TARGET = r"[0-9a-f]+ <(.*?)(?:\+0x[0-9a-f]+)?>\s*(?://.*)?$"
-# By the machine in the ELF header: whose objdump, and what calls and jumps look like, direct and through a pointer.
-# Of a machine that is not here nothing would be found to be wrong.
+# By the machine in the ELF header: its objdump, and its calls and jumps, direct and through a pointer.
+# An unknown machine must not pass as correct.
 MACHINES = {
     62: ("x86_64-linux-gnu-objdump", re.compile(r"\s(?:call|jmp|j[a-z]+)\s+" + TARGET),
          re.compile(r"\s(?:notrack )?(?:call|jmp)\s+\*")),

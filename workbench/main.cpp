@@ -7,7 +7,8 @@ namespace {
 
 int run(int argc, char** argv) {
   Program program(
-      "loopwarden", "loopwarden - the workbench: simulate, check and watch flow loops",
+      "loopwarden",
+      "loopwarden - diagnose control valves, simulate and check control loops, operate the daemon",
       "Exit codes: 0 done, 64 usage, 65 bad data, 74 I/O, 75 try again, 78 bad configuration.\n"
       "Each subcommand has its own --help; `loopwarden help COMMAND` prints it.");
   for (const auto add :

@@ -14,20 +14,12 @@ void BlockingWorker::start() {
 }
 
 void BlockingWorker::stop() {
-  {
-    const std::lock_guard lock(mutex_);
-    quit_ = true;
-  }
-  changed_.notify_all();
+  ask_to_end(mutex_, quit_, changed_);
   thread_.join();
 }
 
 bool BlockingWorker::stop_for(std::chrono::milliseconds patience) {
-  {
-    const std::lock_guard lock(mutex_);
-    quit_ = true;
-  }
-  changed_.notify_all();
+  ask_to_end(mutex_, quit_, changed_);
   return thread_.join_for(patience);
 }
 

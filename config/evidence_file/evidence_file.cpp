@@ -18,6 +18,7 @@
 #include "base/digest/digest.hpp"
 #include "base/file.hpp"
 #include "model/alarm/alarm_guide.hpp"
+#include "model/watch/limits.hpp"
 #include "record/record_csv.hpp"
 
 namespace loopwarden::evidence {
@@ -366,19 +367,19 @@ Evidence read_evidence(const fs::path& folder) {
   try {
     record::Record record = record::read_record(folder / "record.csv");
     const std::size_t samples =
-        evidence.routine ? watch::RoutineWatch::kSamples : alarm::kWindowSamples;
+        evidence.routine ? watch::WatchLimits::kRoutineSamples : alarm::kWindowSamples;
     // A record of routine evidence may also have two windows.
     const bool fits =
         record.size() == samples || (evidence.routine && record.size() == 2 * samples);
-    if ((!evidence.by_twin && !fits) || !record.has_sp || !record.has_co) {
+    if ((!evidence.by_twin && !fits) || record.sp.empty() || record.co.empty()) {
       throw EvidenceError(fmt::format("{}: it is no window of {} samples with sp, pv and co",
                                       (folder / "record.csv").string(), samples));
     }
     evidence.sp = std::move(record.sp);
     evidence.pv = std::move(record.pv);
     evidence.co = std::move(record.co);
-    evidence.stem = record.has_stem ? std::move(record.stem)
-                                    : std::vector<double>(evidence.pv.size(), std::nan(""));
+    evidence.stem = !record.stem.empty() ? std::move(record.stem)
+                                         : std::vector<double>(evidence.pv.size(), std::nan(""));
   } catch (const record::RecordError& e) {
     throw EvidenceError(e.what());
   }

@@ -13,7 +13,6 @@
 
 #include <filesystem>
 #include <stdexcept>
-#include <string>
 
 #include "config/specialists/specialist_folder.hpp"
 #include "record/evidence/evidence.hpp"

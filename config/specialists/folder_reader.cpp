@@ -60,7 +60,7 @@ class ManifestReader {
     const Value<std::int64_t> version =
         root_.need_integer("version", {1, kSpecialistVersion, "", "of the format"});
     if (version.valid && version.value == 1) inputs_ = kInputsOfVersion1;
-    result_.plant = root_.need_text("plant", "prefix of the specialists' names");
+    result_.plant = root_.need_text("plant", "prefix of the names of the specialists");
     read_training();
     read_figures();
     std::vector<MapReader> entries = root_.maybe_list("specialists", "one each");
@@ -84,7 +84,7 @@ class ManifestReader {
     };
     result_.training.source = in->need_text("source", "in words");
     result_.training.seed = static_cast<std::uint64_t>(
-        in->need_integer("seed", {0, kMost, "", "of all random numbers"}).value);
+        in->need_integer("seed", {0, kMost, "", "seed of all random numbers"}).value);
     result_.training.windows = count("windows", "simulated");
     result_.training.signatures = count("signatures", "used");
   }

@@ -18,7 +18,6 @@
 #include <functional>
 #include <optional>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "config/diagnostic.hpp"

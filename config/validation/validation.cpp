@@ -2,7 +2,6 @@
 #include "config/validation/validation.hpp"
 
 #include <exception>
-#include <utility>
 #include <variant>
 #include <vector>
 

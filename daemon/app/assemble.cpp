@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
-#include <chrono>
 #include <optional>
 #include <stdexcept>
 #include <system_error>
@@ -199,7 +198,9 @@ void Assembly::make_monitor(const config::Specialists& specialists) {
                                       .commissioned = &loop.channels->commissioned,
                                       .moves_settings = &loop.channels->moves_settings,
                                       .moves = &loop.channels->moves,
-                                      .hardware = config::backing_of(loop.config.io).hardware}});
+                                      .hardware = config::backing_of(loop.config.io).hardware},
+                         .loop = loop.channels.get(),
+                         .moves_lease = moves_lease(loop.config, configuration.daemon.accelerate)});
   }
   watching.monitor = std::make_unique<supervision::Monitor>(
       monitored, alarms,

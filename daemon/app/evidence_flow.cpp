@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "daemon/app/evidence_flow.hpp"
 
-#include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
@@ -102,9 +101,7 @@ void EvidenceFlow::keep(std::size_t loop, alarm::AlarmKind alarm,
     evidence.incident_ms = watch.incident.incident().opened_ms;
   }
   if (reason == alarm::AlarmReason::twin) {
-    supervision::History::Minutes minutes = history->minutes();
-    evidence.take(loop_monitor, std::move(minutes.sp), std::move(minutes.pv),
-                  std::move(minutes.co));
+    evidence.take(loop_monitor, history->minutes());
   } else {
     evidence.take(loop_monitor, step, reason);
   }

@@ -204,9 +204,7 @@ void App::show_state() {
   std::size_t faulty = 0;
   record::RecordRow row;
   for (std::size_t i = 0; i < loops; ++i) {
-    if (parts_.historian.latest(i, row) &&
-        static_cast<control::Fault>(row.fault) != control::Fault::none)
-      ++faulty;
+    if (parts_.historian.latest(i, row) && row.fault != control::Fault::none) ++faulty;
   }
   service_.status(
       fmt::format("{} loops, {} with a fault, {} overruns{}", loops, faulty, now.overruns,

@@ -33,20 +33,12 @@ LogQueue::LogQueue(int fd, std::size_t most_lines) : fd_(fd), most_lines_(most_l
 }
 
 LogQueue::~LogQueue() {
-  {
-    const std::lock_guard lock(lines_mutex_);
-    quit_ = true;
-  }
-  changed_.notify_all();
+  base::ask_to_end(lines_mutex_, quit_, changed_);
   thread_.join();
 }
 
 bool LogQueue::stop_for(std::chrono::milliseconds patience) {
-  {
-    const std::lock_guard lock(lines_mutex_);
-    quit_ = true;
-  }
-  changed_.notify_all();
+  base::ask_to_end(lines_mutex_, quit_, changed_);
   return thread_.join_for(patience);
 }
 

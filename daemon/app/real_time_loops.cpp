@@ -46,9 +46,18 @@ rt::LoopChannels::Room room_of(const config::LoopConfig& loop, std::size_t loops
   const auto cycles = [&](double late_s) {
     return static_cast<std::size_t>(late_s / loop.sample_time_s * accelerate) + 8;
   };
+  const std::size_t watched = cycles(kMonitorLate_s + kJudging_s * static_cast<double>(loops));
   return {.records = cycles(kHistorianLate_s),
-          .watched = cycles(kMonitorLate_s + kJudging_s * static_cast<double>(loops)),
+          .watched = watched,
+          .moves_samples = config::is_watched(loop.io) ? 1 : watched,
           .monitor_commands = loop.monitor.corrective.enabled ? rt::CommandMailbox::kRoom : 1};
+}
+
+std::uint32_t moves_lease(const config::LoopConfig& loop, double accelerate) {
+  constexpr double kLease_s = 5.0;  // the monitor's turns come every 50 ms
+  constexpr double kLeastCycles = 3.0;
+  return static_cast<std::uint32_t>(
+      std::max(kLeastCycles, std::ceil(kLease_s / loop.sample_time_s * accelerate)));
 }
 
 std::int64_t period_ns(const config::LoopConfig& loop, double accelerate) {

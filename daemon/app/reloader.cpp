@@ -70,7 +70,7 @@ constexpr const char* kTakeFile =
 std::string being_commissioned(const std::vector<LoopRuntime>& loops) {
   for (const LoopRuntime& loop : loops) {
     if (const auto holder = loop.commissioning->holder()) {
-      return fmt::format("{} is being commissioned by {}", loop.config.name, holder->by);
+      return fmt::format("{} is in maintenance by {}", loop.config.name, holder->by);
     }
   }
   return {};

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "daemon/app/watched_loops.hpp"
 
-#include <type_traits>
 #include <utility>
 #include <variant>
 

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "model/alarm/box_alarms.hpp"
+#include "model/alarm/limits.hpp"
 
 namespace loopwarden::daemon::console {
 
@@ -46,7 +47,7 @@ protocol::AlarmDesign design_of(alarm::BoxAlarm kind) {
           .alarm = alarm::to_text(kind),
           .priority = alarm::to_text(alarm::usual_priority(kind)),
           .on_delay_s = static_cast<double>(alarm::on_delay_ms(kind)) / 1000.0,
-          .off_delay_s = static_cast<double>(alarm::kBoxOffDelay_ms) / 1000.0,
+          .off_delay_s = alarm::AlarmLimits::kOffDelay_s,
           .cause = guide.cause,
           .consequence = guide.consequence,
           .action = guide.action,
@@ -67,7 +68,7 @@ void find_stale(const Plant& plant, std::int64_t now_ms, protocol::AlarmFigures&
     const bool shown = alarm.state() == alarm::AlarmState::unacknowledged ||
                        alarm.state() == alarm::AlarmState::acknowledged;
     // The age is unknown if the clock was ahead when the alarm was raised.
-    if (shown && std::abs(now_ms - since_ms) > alarm::kStale_ms) {
+    if (shown && std::abs(now_ms - since_ms) > alarm::AlarmLimits::kStale_ms) {
       figures.stale.push_back({source, name, since_ms});
     }
   };

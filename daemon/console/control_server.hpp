@@ -21,7 +21,7 @@ namespace loopwarden::daemon {
 
 // Serves the sockets that accept commands, on one thread: control.sock for all requests, page.sock
 // and edge.sock for the requests that loopwardend.yaml allows there. One JSON object per line;
-// README.md in this folder lists the requests.
+// docs/reference/sockets.md lists the requests.
 class ControlServer {
  public:
   // Listens on the sockets in `folder` at once; start() begins to serve. Throws std::runtime_error.

@@ -9,8 +9,6 @@
 #include <string>
 #include <utility>
 
-#include <nlohmann/json.hpp>
-
 #include "base/local_server.hpp"
 #include "daemon/console/plant.hpp"
 #include "daemon/console/request.hpp"

@@ -238,12 +238,11 @@ LoopCommands::Lines LoopCommands::lines_of(const rt::Command& command, std::size
   };
   if (command.jacket) {
     constexpr std::array kForms{"off", "shadow", "on"};
-    add("jacket", config::to_text(static_cast<control::JacketForm>(row.jacket_form)),
+    add("jacket", config::to_text(row.jacket_form),
         kForms[static_cast<std::size_t>(*command.jacket)]);
   }
   if (command.mode) {
-    add("mode", control::to_text(static_cast<control::Mode>(row.requested_mode)),
-        control::to_text(*command.mode));
+    add("mode", control::to_text(row.requested_mode), control::to_text(*command.mode));
   }
   if (command.set_point) {
     add("set point", text(channels.set_point_wanted.load(std::memory_order_relaxed)),

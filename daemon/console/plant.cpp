@@ -22,7 +22,7 @@ void check_takes_commands(const Plant& plant, std::size_t loop) {
   }
   if (!runtime.watched()) return;
   throw RequestError(plant.alarms.name(loop) +
-                     " is controlled elsewhere: nothing of it can be ordered from here");
+                     " is controlled elsewhere: it cannot be commanded from here");
 }
 
 alarm::AlarmKind wanted_alarm(const std::string& name) {

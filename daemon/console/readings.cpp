@@ -216,7 +216,7 @@ protocol::Trend Readings::trend(const protocol::TrendRequest& request) const {
     trend.stem.push_back(row.stem);
     trend.jacket.push_back(static_cast<double>(row.jacket_rate));
     trend.compensator.push_back(static_cast<double>(row.compensator));
-    trend.mode.emplace_back(control::to_text(static_cast<control::Mode>(row.mode)));
+    trend.mode.emplace_back(control::to_text(row.mode));
   }
   return trend;
 }

@@ -11,6 +11,8 @@
 #include "config/loop_model_writer.hpp"
 #include "daemon/journal/incident_text.hpp"
 #include "daemon/loops/loop_health.hpp"
+#include "model/control/planned_moves_limits.hpp"
+#include "model/watch/limits.hpp"
 
 namespace loopwarden::daemon::console {
 
@@ -59,20 +61,21 @@ std::string says(const control::MovesState& moves) {
   switch (moves.phase) {
     case Phase::watching:
       line += moves.waits ? ": engages when PV is to settle near the set point"
-                          : fmt::format(": the loop without it, {} of {} to {} cycles",
-                                        moves.cycles_watched, control::kLeastCyclesWatched,
-                                        control::kMostCyclesWatched);
+                          : fmt::format(": measuring the loop under PI, cycle {} of {} to {}",
+                                        moves.cycles_watched,
+                                        control::PlannedMovesLimits::kLeastCyclesWatched,
+                                        control::PlannedMovesLimits::kMostCyclesWatched);
       break;
-    case Phase::probing: line += ": does the stem follow?"; break;
+    case Phase::probing: line += ": testing whether the stem follows"; break;
     case Phase::resting:
-      line += fmt::format(": PV will settle {:.3g} off; a move pays from {:.3g}",
+      line += fmt::format(": PV will settle {:.3g} off; threshold for a move {:.3g}",
                           std::abs(moves.expected_offset), moves.action_threshold);
       break;
     case Phase::backing_off:
     case Phase::moving: line += fmt::format(": CO to {:.4g}", moves.output); break;
     case Phase::disengaged: line += fmt::format(": {}", control::to_text(moves.reason)); break;
   }
-  if (moves.gain > 0.0) line += fmt::format("; RMS {:.2f} of that without", moves.gain);
+  if (moves.gain > 0.0) line += fmt::format("; RMS reduced to {:.0f} %", 100.0 * moves.gain);
   return line;
 }
 
@@ -90,18 +93,18 @@ protocol::Cycle cycle_of(const record::RecordRow& row, const LoopRuntime& runtim
           .stem = row.stem,
           // The end of a ramp, which the `expect` of a command is compared with.
           .set_point_wanted = runtime.channels->set_point_wanted.load(std::memory_order_relaxed),
-          .mode = control::to_text(static_cast<control::Mode>(row.mode)),
-          .requested_mode = control::to_text(static_cast<control::Mode>(row.requested_mode)),
-          .fault = control::to_text(static_cast<control::Fault>(row.fault)),
-          .pv_quality = hal::to_text(static_cast<hal::Quality>(row.pv_quality)),
-          .pv_reason = hal::to_text(static_cast<hal::Reason>(row.pv_reason)),
-          .pv_limit = hal::to_text(static_cast<hal::Limit>(row.pv_limit)),
+          .mode = control::to_text(row.mode),
+          .requested_mode = control::to_text(row.requested_mode),
+          .fault = control::to_text(row.fault),
+          .pv_quality = to_text(row.pv_quality),
+          .pv_reason = to_text(row.pv_reason),
+          .pv_limit = to_text(row.pv_limit),
           .pv_age_ms = static_cast<double>(row.age_ms),
           .at_low = flag(record::kAtLow),
           .at_high = flag(record::kAtHigh),
           .rate_limited = flag(record::kRateLimited),
           .output_lost = flag(record::kOutputLost),
-          .jacket = {.form = config::to_text(static_cast<control::JacketForm>(row.jacket_form)),
+          .jacket = {.form = config::to_text(row.jacket_form),
                      .acting = flag(record::kJacketActs),
                      .rate = static_cast<double>(row.jacket_rate),
                      .shadow_rate = static_cast<double>(row.jacket_rate_shadow)},
@@ -287,7 +290,7 @@ std::vector<protocol::RoutineLevel> routine_of(const supervision::AlarmSnapshot&
     protocol::RoutineLevel& level = levels.emplace_back();
     level.window_s = one.window_s;
     level.windows = one.windows;
-    level.evidence = one.sum / watch::RoutineWatch::kRaise;
+    level.evidence = one.sum / watch::WatchLimits::kRaise;
     level.next_in_s = one.window_s - one.filled_s;
     if (one.windows == 0) continue;
     const bool effect = one.verdict == diagnosis::DiagnosisVerdict::valve_effect;

@@ -2,7 +2,6 @@
 // Converts loops, alarms and windows to the types of the daemon's answers.
 #pragma once
 
-#include <cstdint>
 #include <optional>
 #include <string>
 

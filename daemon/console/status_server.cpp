@@ -5,7 +5,6 @@
 
 #include <exception>
 #include <nlohmann/json.hpp>
-#include <utility>
 
 #include "daemon/console/access.hpp"
 #include "daemon/console/operator_commands.hpp"

@@ -89,21 +89,13 @@ void EvidenceStore::start() {
   thread_.start({.name = "lw-evidence"}, [this] { run(); });
 }
 
-void EvidenceStore::ask_to_end() {
-  {
-    const std::lock_guard lock(mutex_);
-    quit_ = true;
-  }
-  changed_.notify_all();
-}
-
 void EvidenceStore::stop() {
-  ask_to_end();
+  base::ask_to_end(mutex_, quit_, changed_);
   thread_.join();
 }
 
 bool EvidenceStore::stop_for(std::chrono::milliseconds patience) {
-  ask_to_end();
+  base::ask_to_end(mutex_, quit_, changed_);
   return thread_.join_for(patience);
 }
 

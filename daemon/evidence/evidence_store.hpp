@@ -8,7 +8,6 @@
 // depend on its evidence.
 #pragma once
 
-#include <atomic>
 #include <chrono>
 #include <condition_variable>
 #include <cstddef>
@@ -74,7 +73,6 @@ class EvidenceStore {
                                               alarm::AlarmKind alarm) const;
 
  private:
-  void ask_to_end();
   void run();
   void write_first();
   std::filesystem::path place_of(const evidence::Evidence& evidence) const;

@@ -68,21 +68,13 @@ void Explainer::start() {
   thread_.start({.name = "lw-explain"}, [this] { run(); });
 }
 
-void Explainer::ask_to_end() {
-  {
-    const std::lock_guard lock(mutex_);
-    quit_ = true;
-  }
-  changed_.notify_all();
-}
-
 void Explainer::stop() {
-  ask_to_end();
+  base::ask_to_end(mutex_, quit_, changed_);
   thread_.join();
 }
 
 bool Explainer::stop_for(std::chrono::milliseconds patience) {
-  ask_to_end();
+  base::ask_to_end(mutex_, quit_, changed_);
   return thread_.join_for(patience);
 }
 

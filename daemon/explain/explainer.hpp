@@ -108,7 +108,6 @@ class Explainer {
     bool at_work = false;
   };
   using Item = std::list<Waiting>::iterator;
-  void ask_to_end();
   // Makes room in the queue. A full queue drops a repeat in favour of a first explanation. Returns
   // false without room.
   bool make_room(const ExplainJob& job);

@@ -120,14 +120,14 @@ void WatchCycle::run(const hal::CycleTime& time, std::uint64_t missed) noexcept 
       .co = co,
       .stem = wiring_.stem ? known(as_output(inputs_.stem)) : kNone,
       .calculated = static_cast<float>(co),
-      .mode = static_cast<std::uint8_t>(mode),
-      .fault = static_cast<std::uint8_t>(fault),
-      .pv_quality = static_cast<std::uint8_t>(pv.quality),
-      .pv_reason = static_cast<std::uint8_t>(pv.reason),
+      .mode = mode,
+      .fault = fault,
+      .pv_quality = pv.quality,
+      .pv_reason = pv.reason,
       .flags = static_cast<std::uint8_t>(flag(co <= pid.output_low, record::kAtLow) |
                                          flag(co >= pid.output_high, record::kAtHigh) |
                                          flag(missed > 0, record::kLateCycle)),
-      .requested_mode = static_cast<std::uint8_t>(last_mode_),
+      .requested_mode = last_mode_,
       .age_ms = static_cast<float>(static_cast<double>(time.now_ns - pv.time_ns) / 1e6)};
   channels_.records.try_push(row);
   channels_.watched.try_push(row);

@@ -4,12 +4,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <map>
-#include <memory>
-#include <optional>
 #include <utility>
 
 #include "daemon/journal/repeated_refusals.hpp"

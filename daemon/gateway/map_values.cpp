@@ -38,7 +38,7 @@ double condition_percent(const analysis::ConditionIndices& indices, std::size_t 
 bool is(const LoopReading& loop, record::RecordFlag bit) { return (loop.row.flags & bit) != 0; }
 
 double shown_pv(const LoopReading& loop) {
-  const bool bad = static_cast<hal::Quality>(loop.row.pv_quality) == hal::Quality::bad;
+  const bool bad = loop.row.pv_quality == hal::Quality::bad;
   return bad || !std::isfinite(loop.row.pv) ? loop.last_good_pv : loop.row.pv;
 }
 
@@ -191,12 +191,12 @@ double MapValues::value(const Register& reg, std::size_t index) {
     case Field::master_heartbeat: return server_.master_heartbeat;
     case Field::sequence_head:
     case Field::sequence_tail: return static_cast<double>(row().period_index & 0xFFFF);
-    case Field::mode: return row().mode;
+    case Field::mode: return static_cast<double>(row().mode);
     case Field::requested_mode:
-    case Field::wanted_mode: return row().requested_mode;
-    case Field::pv_quality: return row().pv_quality;
-    case Field::pv_reason: return row().pv_reason;
-    case Field::fault: return row().fault;
+    case Field::wanted_mode: return static_cast<double>(row().requested_mode);
+    case Field::pv_quality: return static_cast<double>(row().pv_quality);
+    case Field::pv_reason: return static_cast<double>(row().pv_reason);
+    case Field::fault: return static_cast<double>(row().fault);
     case Field::sp: return row().sp;
     case Field::pv: return shown_pv(of());
     case Field::co:
@@ -243,16 +243,14 @@ double MapValues::value(const Register& reg, std::size_t index) {
     case Field::veto_corrective_action: return flag(of().watch.veto != alarm::Veto::none);
     case Field::alarm_active: return flag(alarm().active());
     case Field::alarm_unacknowledged: return flag(alarm().unacknowledged());
-    case Field::pv_bad:
-      return flag(static_cast<hal::Quality>(row().pv_quality) == hal::Quality::bad);
+    case Field::pv_bad: return flag(row().pv_quality == hal::Quality::bad);
     case Field::at_low: return flag(is(of(), record::kAtLow));
     case Field::at_high: return flag(is(of(), record::kAtHigh));
-    case Field::in_manual: return flag(static_cast<Mode>(row().mode) == Mode::manual);
+    case Field::in_manual: return flag(row().mode == Mode::manual);
     case Field::any_suppressed: return flag(of().watch.alarms.any_suppressed());
     case Field::any_shelved: return flag(of().watch.alarms.any_shelved());
     case Field::communication_lost: return flag(is(of(), record::kOutputLost));
-    case Field::in_fault:
-      return flag(static_cast<control::Fault>(row().fault) != control::Fault::none);
+    case Field::in_fault: return flag(row().fault != control::Fault::none);
     case Field::window_valid: return flag(of().watch.window_state == alarm::WindowState::valid);
     case Field::wanted_sp: return of().set_point_wanted;
     case Field::wanted_sp_scaled: return of_pv(of().set_point_wanted);

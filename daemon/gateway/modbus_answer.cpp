@@ -49,18 +49,26 @@ bool beyond_addresses(std::uint16_t address, std::size_t count) {
   return address + count > 0x10000;
 }
 
-Pdu read_bits(Bytes request, Table table, RegisterBank& bank) {
-  const std::uint8_t function = request[0];
-  if (request.size() != 5) return exception(function, Exception::illegal_value);
+// Reads what the request names into `values`; no more than they hold.
+Exception read_named(Bytes request, Table table, RegisterBank& bank,
+                     std::span<std::uint16_t>& values) {
+  if (request.size() != 5) return Exception::illegal_value;
   const std::uint16_t address = word(request, 1);
   const std::size_t count = word(request, 3);
-  if (count < 1 || count > kMostReadBits) return exception(function, Exception::illegal_value);
-  if (beyond_addresses(address, count)) return exception(function, Exception::illegal_address);
-  std::array<std::uint16_t, kMostReadBits> values{};
-  const Exception error = bank.read(table, address, std::span(values).first(count));
-  if (error != Exception::none) return exception(function, error);
+  if (count < 1 || count > values.size()) return Exception::illegal_value;
+  if (beyond_addresses(address, count)) return Exception::illegal_address;
+  values = values.first(count);
+  return bank.read(table, address, values);
+}
+
+Pdu read_bits(Bytes request, Table table, RegisterBank& bank) {
+  std::array<std::uint16_t, kMostReadBits> room{};
+  std::span<std::uint16_t> values = room;
+  const Exception error = read_named(request, table, bank, values);
+  if (error != Exception::none) return exception(request[0], error);
   Pdu pdu;
-  append(pdu, function);
+  append(pdu, request[0]);
+  const std::size_t count = values.size();
   append(pdu, static_cast<std::uint8_t>((count + 7) / 8));
   for (std::size_t first = 0; first < count; first += 8) {
     unsigned byte = 0;
@@ -73,19 +81,14 @@ Pdu read_bits(Bytes request, Table table, RegisterBank& bank) {
 }
 
 Pdu read_registers(Bytes request, Table table, RegisterBank& bank) {
-  const std::uint8_t function = request[0];
-  if (request.size() != 5) return exception(function, Exception::illegal_value);
-  const std::uint16_t address = word(request, 1);
-  const std::size_t count = word(request, 3);
-  if (count < 1 || count > kMostReadRegisters) return exception(function, Exception::illegal_value);
-  if (beyond_addresses(address, count)) return exception(function, Exception::illegal_address);
-  std::array<std::uint16_t, kMostReadRegisters> values{};
-  const Exception error = bank.read(table, address, std::span(values).first(count));
-  if (error != Exception::none) return exception(function, error);
+  std::array<std::uint16_t, kMostReadRegisters> room{};
+  std::span<std::uint16_t> values = room;
+  const Exception error = read_named(request, table, bank, values);
+  if (error != Exception::none) return exception(request[0], error);
   Pdu pdu;
-  append(pdu, function);
-  append(pdu, static_cast<std::uint8_t>(2 * count));
-  for (std::size_t i = 0; i < count; ++i) append_word(pdu, values[i]);
+  append(pdu, request[0]);
+  append(pdu, static_cast<std::uint8_t>(2 * values.size()));
+  for (const std::uint16_t value : values) append_word(pdu, value);
   return pdu;
 }
 

@@ -60,23 +60,15 @@ void HostProbe::start() {
   thread_.start({.name = "lw-box"}, [this] { run(); });
 }
 
-void HostProbe::ask_to_end() {
-  {
-    const std::lock_guard lock(mutex_);
-    quit_ = true;
-  }
-  wake_.notify_all();
-}
-
 void HostProbe::stop() {
-  ask_to_end();
+  base::ask_to_end(mutex_, quit_, wake_);
   thread_.join();
   disk_.stop();
 }
 
 bool HostProbe::stop_for(std::chrono::milliseconds patience) {
   const auto until = std::chrono::steady_clock::now() + patience;
-  ask_to_end();
+  base::ask_to_end(mutex_, quit_, wake_);
   const bool ended = thread_.join_for(patience);
   const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(
       until - std::chrono::steady_clock::now());

@@ -47,7 +47,6 @@ class HostProbe {
   bool stop_for(std::chrono::milliseconds patience);
 
  private:
-  void ask_to_end();
   void run();
   BoxLook look();
 

@@ -54,21 +54,13 @@ void Journal::start() {
   thread_.start({.name = "lw-journal"}, [this] { run(); });
 }
 
-void Journal::ask_to_end() {
-  {
-    const std::lock_guard lock(mutex_);
-    quit_ = true;
-  }
-  changed_.notify_all();
-}
-
 void Journal::stop() {
-  ask_to_end();
+  base::ask_to_end(mutex_, quit_, changed_);
   thread_.join();
 }
 
 bool Journal::stop_for(std::chrono::milliseconds patience) {
-  ask_to_end();
+  base::ask_to_end(mutex_, quit_, changed_);
   return thread_.join_for(patience);
 }
 

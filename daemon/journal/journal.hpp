@@ -90,7 +90,6 @@ class Journal {
 
  private:
   Written written_locked(std::uint64_t ticket) const;
-  void ask_to_end();
   void run();
   bool take_waiting();
   void make_room();

@@ -153,21 +153,13 @@ void CommandKeeper::freeze() {
   frozen_ = true;
 }
 
-void CommandKeeper::ask_to_end() {
-  {
-    const std::lock_guard lock(mutex_);
-    quit_ = true;
-  }
-  changed_.notify_all();
-}
-
 void CommandKeeper::stop() {
-  ask_to_end();
+  base::ask_to_end(mutex_, quit_, changed_);
   thread_.join();
 }
 
 bool CommandKeeper::stop_for(std::chrono::milliseconds patience) {
-  ask_to_end();
+  base::ask_to_end(mutex_, quit_, changed_);
   return thread_.join_for(patience);
 }
 

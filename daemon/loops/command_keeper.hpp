@@ -56,7 +56,6 @@ class CommandKeeper {
     std::int64_t looked_ns = 0;
   };
   void run();
-  void ask_to_end();
   void see(std::size_t loop);
   bool is_due(Track& track, std::int64_t now_ns) const;
 

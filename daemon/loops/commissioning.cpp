@@ -23,7 +23,7 @@ std::uint64_t Commissioning::take(const std::optional<std::uint64_t>& session,
   if (session) {
     show_life(*session, now);
   } else if (held_) {
-    throw protocol::RequestError("the loop is being commissioned by " + held_->peer);
+    throw protocol::RequestError("the loop is in maintenance by " + held_->peer);
   } else {
     held_ =
         Held{.session = ++newest_, .peer = peer, .since_ms = utc_ms, .alive = now, .silent = false};

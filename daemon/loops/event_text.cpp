@@ -22,7 +22,7 @@ EventText fault_text(const rt::Event& event, const config::LoopConfig& loop) {
   }
   if (fault == control::Fault::output_unknown && config::is_watched(loop.io)) {
     return {Severity::warning,
-            fmt::format("fault: output unknown; CO is not known ({})", hal::to_text(reason))};
+            fmt::format("fault: output unknown; CO is not known ({})", to_text(reason))};
   }
   if (fault == control::Fault::output_unknown) {
     return {Severity::warning,
@@ -30,13 +30,13 @@ EventText fault_text(const rt::Event& event, const config::LoopConfig& loop) {
             "its position"};
   }
   const bool about_pv = fault == control::Fault::bad_pv || fault == control::Fault::starting;
-  return {fault == control::Fault::stop || fault == control::Fault::starting ? Severity::info
-                                                                             : Severity::warning,
-          fmt::format("fault: {}{}; {}", control::to_text(fault),
-                      about_pv && reason != hal::Reason::none
-                          ? fmt::format(" ({})", hal::to_text(reason))
-                          : std::string(),
-                      output_text(event.value, loop))};
+  return {
+      fault == control::Fault::stop || fault == control::Fault::starting ? Severity::info
+                                                                         : Severity::warning,
+      fmt::format("fault: {}{}; {}", control::to_text(fault),
+                  about_pv && reason != hal::Reason::none ? fmt::format(" ({})", to_text(reason))
+                                                          : std::string(),
+                  output_text(event.value, loop))};
 }
 
 }  // namespace

@@ -3,10 +3,8 @@
 // text file of one checksum and one JSON object, always replaced as a whole.
 #pragma once
 
-#include <cstdint>
 #include <filesystem>
 #include <map>
-#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>

@@ -4,7 +4,6 @@
 #pragma once
 
 #include <optional>
-#include <string>
 
 #include "config/loop_config.hpp"
 #include "daemon/journal/journal_entry.hpp"

@@ -141,7 +141,7 @@ struct Condition {
   double environment = kNone;
 };
 
-// Routine evidence for one length of window, see docs/watch.md.
+// Routine evidence for one length of window, see docs/reference/alarms.md.
 struct RoutineLevel {
   double window_s = 0.0;      // length of one window
   std::uint64_t windows = 0;  // judged since the start

@@ -82,8 +82,7 @@ void Historian::keep(std::size_t loop) {
                                         .jacket_rate = row.jacket_rate,
                                         .compensator = row.compensator,
                                         .mode = row.mode};
-    if (static_cast<hal::Quality>(row.pv_quality) == hal::Quality::good)
-      track.last_good_pv = row.pv;
+    if (row.pv_quality == hal::Quality::good) track.last_good_pv = row.pv;
   }
   if (!fresh_.empty()) track.latest = fresh_.back();
 }

@@ -9,7 +9,6 @@
 #include <cstdint>
 #include <filesystem>
 #include <mutex>
-#include <string>
 #include <vector>
 
 #include "daemon/loops/loop_runtime.hpp"
@@ -34,7 +33,7 @@ struct TrendRow {
   double stem = 0.0;         // CO units
   float jacket_rate = 0.0F;  // CO units/s
   float compensator = 0.0F;  // CO units
-  std::uint8_t mode = 0;     // control::Mode
+  control::Mode mode = control::Mode::manual;
 };
 
 class Historian {

@@ -46,20 +46,12 @@ void Recorder::start() {
 }
 
 void Recorder::stop() {
-  {
-    const std::lock_guard lock(mutex_);
-    quit_ = true;
-  }
-  changed_.notify_all();
+  base::ask_to_end(mutex_, quit_, changed_);
   thread_.join();
 }
 
 bool Recorder::stop_for(std::chrono::milliseconds patience) {
-  {
-    const std::lock_guard lock(mutex_);
-    quit_ = true;
-  }
-  changed_.notify_all();
+  base::ask_to_end(mutex_, quit_, changed_);
   return thread_.join_for(patience);
 }
 

@@ -62,7 +62,8 @@ constexpr const char* kActive =
     "condition of the alarm is on, also if the alarm is acknowledged or shelved";
 constexpr const char* kWaits = "the alarm waits for the operator";
 constexpr const char* kShelve =
-    "write: shelve the alarm for this time, 0: unshelve it; read: minutes left";
+    "write: shelve the alarm for this time, 0: end a shelf that the same master has set; read: "
+    "minutes left";
 constexpr const char* kAcknowledge = "write 1: acknowledge; reads 0";
 constexpr const char* kReset = "write 1: reset, if latched; reads 0";
 constexpr const char* kUnshelve = "write 1: unshelve; reads 0";

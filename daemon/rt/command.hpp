@@ -89,27 +89,28 @@ constexpr const char* to_text(Refusal refusal) noexcept {
     case Refusal::jacket_may_not_act:
       return "the jacket acts in form bounded or dwell only, on hardware with max_mean_error";
     case Refusal::compensator_acts:
-      return "the compensator acts, and the jacket can't act beside it";
+      return "the compensator acts, and the jacket can't act at the same time";
     case Refusal::moves_may_not_act:
-      return "planned moves act where monitor.corrective_action has that form, with what it asks "
-             "for on hardware";
-    case Refusal::jacket_acts: return "the jacket acts, and planned moves can't act beside it";
+      return "planned moves require monitor.corrective_action with that form, and on hardware its "
+             "required keys";
+    case Refusal::jacket_acts:
+      return "the jacket acts, and planned moves can't act at the same time";
     case Refusal::compensator_of_file:
-      return "the loop's file has a compensator of its own, which planned moves don't replace";
+      return "the loop's file has a compensator, which planned moves don't replace";
     case Refusal::moves_of_other_sign:
-      return "the process gain of the planned moves contradicts controller.action: check action "
-             "and "
-             "monitor.twin";
-    case Refusal::output_unknown:
-      return "where the output stands is not known; in manual, set an output first";
+      return "the process gain of the planned moves contradicts controller.action. Check action "
+             "and monitor.twin";
+    case Refusal::output_unknown: return "output position unknown. Set an output in manual first";
     case Refusal::output_in_automatic:
-      return "in automatic the controller has the output; order manual first, or with it";
+      return "in automatic the controller has the output. Set --mode man first, or in the same "
+             "command";
     case Refusal::output_in_fault:
-      return "the loop has a fault, whose action has the output; order it when the fault is over";
+      return "the loop has a fault, whose action sets the output. Set it after the fault has "
+             "cleared";
     case Refusal::manual_after_fault:
-      return "the loop has a fault and is to wait in manual after it; order automatic then";
+      return "the loop has a fault and must wait in manual after it. Set automatic then";
     case Refusal::set_point_tracks:
-      return "in manual the set point follows PV; order automatic first, or with it";
+      return "in manual the set point follows PV. Set --mode auto first, or in the same command";
     case Refusal::mode_changed: return "the mode is not the expected one";
     case Refusal::set_point_changed: return "the set point is not the expected one";
     case Refusal::output_changed: return "the output is not the expected one";

@@ -300,7 +300,8 @@ ControllerOutput ControlCycle::decide(const Decision& decision, const hal::Sampl
   control::ControllerInputs in{.process_variable = pv.value,
                                .process_variable_valid = pv.quality != hal::Quality::bad,
                                .read_back = inputs_.valve_position.value,
-                               .read_back_valid = read_back_good()};
+                               .read_back_valid = read_back_good(),
+                               .moves = channels_.moves_requests.newest()};
   if (valve_source_ == ValvePositionSource::read_back) {
     in.valve_position = inputs_.valve_position.value;
     in.valve_position_valid = read_back_good();
@@ -368,10 +369,10 @@ void ControlCycle::record(const hal::CycleTime& time, const hal::Sample& pv,
       .jacket_rate_shadow = static_cast<float>(out.jacket_shadow_rate),
       .compensator = static_cast<float>(out.correction),
       .compensator_shadow = static_cast<float>(out.correction_shadow),
-      .mode = static_cast<std::uint8_t>(out.mode),
-      .fault = static_cast<std::uint8_t>(supervisor_.fault()),
-      .pv_quality = static_cast<std::uint8_t>(pv.quality),
-      .pv_reason = static_cast<std::uint8_t>(pv.reason),
+      .mode = out.mode,
+      .fault = supervisor_.fault(),
+      .pv_quality = pv.quality,
+      .pv_reason = pv.reason,
       .flags = static_cast<std::uint8_t>(
           flag(output_.valid() && out.at_low, record::kAtLow) |
           flag(output_.valid() && out.at_high, record::kAtHigh) |
@@ -380,9 +381,9 @@ void ControlCycle::record(const hal::CycleTime& time, const hal::Sample& pv,
           flag(out.correction != 0.0, record::kCompensatorActs) |
           flag(!inputs_.output_ok, record::kOutputLost) |
           flag(channels_.commissioned.load(std::memory_order_relaxed), record::kOutOfService)),
-      .jacket_form = static_cast<std::uint8_t>(settings_.controller.jacket.form),
-      .requested_mode = static_cast<std::uint8_t>(controller_.requested_mode()),
-      .pv_limit = static_cast<std::uint8_t>(pv_limit),
+      .jacket_form = settings_.controller.jacket.form,
+      .requested_mode = controller_.requested_mode(),
+      .pv_limit = pv_limit,
       .age_ms = static_cast<float>(static_cast<double>(time.now_ns - pv.time_ns) / 1e6)};
   channels_.records.try_push(row);
   channels_.watched.try_push(row);
@@ -392,18 +393,14 @@ void ControlCycle::record(const hal::CycleTime& time, const hal::Sample& pv,
                                1e6)
           : -1.0F,
       std::memory_order_relaxed);
-  publish_moves();
+  send_moves_sample();
   publish_availability();
 }
 
-void ControlCycle::publish_moves() noexcept {
-  const control::PlannedMoves* moves = controller_.compensator().planned_moves();
-  // They step only in automatic.
-  if (moves != nullptr && controller_.mode() == Mode::automatic) {
-    channels_.moves.publish(moves->state());
-  } else {
-    channels_.moves.clear();
-  }
+void ControlCycle::send_moves_sample() noexcept {
+  const control::MovesSample* sample = controller_.moves_sample();
+  if (sample != nullptr) channels_.moves_samples.try_push(*sample);
+  channels_.moves_run.store(sample != nullptr, std::memory_order_release);
 }
 
 void ControlCycle::report(const hal::Sample& pv, std::uint64_t missed) noexcept {
@@ -425,11 +422,14 @@ void ControlCycle::report(const hal::Sample& pv, std::uint64_t missed) noexcept 
     event(reported_standing_back_ ? EventCode::jacket_stands_back : EventCode::jacket_resumes, 0, 0,
           controller_.jacket().mean_error());
   }
-  const control::PlannedMoves* moves = controller_.compensator().planned_moves();
-  const control::MovesState state = moves != nullptr ? moves->state() : control::MovesState{};
-  const bool disengaged = state.phase == control::MovePhase::disengaged && !state.shadow;
-  if (std::exchange(reported_disengaged_, disengaged) != disengaged && disengaged)
-    event(EventCode::moves_disengaged, static_cast<std::uint8_t>(state.reason), 0, 0.0);
+  const control::MoveHold* hold = controller_.compensator().hold();
+  const control::DisengageReason reason = hold != nullptr && !hold->sample().shadow
+                                              ? hold->disengaged()
+                                              : control::DisengageReason::none;
+  if (std::exchange(reported_disengaged_, reason) != reason &&
+      reason != control::DisengageReason::none) {
+    event(EventCode::moves_disengaged, static_cast<std::uint8_t>(reason), 0, 0.0);
+  }
 }
 
 void ControlCycle::event(EventCode code, std::uint8_t a, std::uint8_t b, double value) noexcept {

@@ -73,7 +73,7 @@ class ControlCycle {
                    const control::Decision& decision) noexcept;
   void record(const hal::CycleTime& time, const hal::Sample& pv,
               const control::ControllerOutput& out, std::uint64_t missed) noexcept;
-  void publish_moves() noexcept;
+  void send_moves_sample() noexcept;
   void report(const hal::Sample& pv, std::uint64_t missed) noexcept;
   void event(EventCode code, std::uint8_t a, std::uint8_t b, double value) noexcept;
 
@@ -100,7 +100,7 @@ class ControlCycle {
   control::Fault reported_fault_ = control::Fault::starting;
   control::Mode reported_mode_ = control::Mode::fallback;
   bool reported_standing_back_ = false;
-  bool reported_disengaged_ = false;
+  control::DisengageReason reported_disengaged_ = control::DisengageReason::none;
 };
 
 }  // namespace loopwarden::daemon::rt

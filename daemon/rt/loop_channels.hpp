@@ -21,10 +21,14 @@ struct LoopChannels {
   struct Room {
     std::size_t records = 64;  // cycles
     std::size_t watched = 64;  // cycles
+    std::size_t moves_samples = 64;
     std::size_t monitor_commands = CommandMailbox::kRoom;
   };
   explicit LoopChannels(const Room& room)
-      : monitor_commands(room.monitor_commands), records(room.records), watched(room.watched) {}
+      : monitor_commands(room.monitor_commands),
+        records(room.records),
+        watched(room.watched),
+        moves_samples(room.moves_samples) {}
 
   base::NewestValue<SettingsOffer> settings;  // reload -> cycle
   // Settings from the files and gains from commands, without the operator's changes of the jacket;
@@ -35,6 +39,10 @@ struct LoopChannels {
   CommandMailbox monitor_commands;            // monitor <-> cycle
   base::SpscRing<record::RecordRow> records;  // cycle -> historian
   base::SpscRing<record::RecordRow> watched;  // cycle -> monitor
+  // One per cycle in which planned moves run; cycle -> monitor
+  base::SpscRing<control::MovesSample> moves_samples;
+  std::atomic<bool> moves_run{false};                       // cycle -> monitor
+  base::NewestValue<control::MovesRequest> moves_requests;  // monitor -> cycle
   // Availability for the next command, packed; cycle -> operator, Modbus server
   std::atomic<std::uint8_t> availability{0};
   // Commands that were accepted, but refused when the cycle took them; cycle -> status
@@ -54,7 +62,7 @@ struct LoopChannels {
   std::atomic<double> set_point_wanted{0.0};  // PV units
   std::atomic<double> output_wanted{0.0};     // CO units, target in manual; NaN: unknown
   std::atomic<float> position_age_ms{-1.0F};  // cycle -> status; negative: no position
-  PlannedMovesStatus moves;                   // cycle -> monitor, status
+  PlannedMovesStatus moves;                   // monitor -> status, Modbus server
   std::atomic<bool> stop_reached{false};      // the stop action is complete; cycle -> main
   // Until this time (CLOCK_MONOTONIC) no command is written in manual, so that the watchdog of the
   // device acts. The cycle resets it to 0 when it takes a command for an output;

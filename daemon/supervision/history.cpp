@@ -2,7 +2,6 @@
 #include "daemon/supervision/history.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 
 namespace loopwarden::daemon::supervision {
@@ -40,7 +39,7 @@ void History::quiet() {
 
 History::Minutes History::minutes() const {
   const std::lock_guard lock(mutex_);
-  Minutes out{.period_s = period_s_, .end = end_, .sp = {}, .pv = {}, .co = {}};
+  Minutes out{{.period_s = period_s_}, end_};
   for (std::vector<double>* column : {&out.sp, &out.pv, &out.co}) column->reserve(count_);
   for (std::size_t i = 0; i < count_; ++i) {
     const Row& row = rows_[(next_ + rows_.size() - count_ + i) % rows_.size()];

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "model/alarm/window.hpp"
+#include "model/numeric/loop_record.hpp"
 #include "model/watch/window_builder.hpp"
 
 namespace loopwarden::daemon::supervision {
@@ -26,12 +27,8 @@ class History {
   // Nothing speaks against the loop's twin at the newest cycle.
   void quiet();
 
-  struct Minutes {
-    double period_s = 0.0;
+  struct Minutes : numeric::LoopRecord {
     std::uint64_t end = 0;  // index after the newest cycle
-    std::vector<double> sp;
-    std::vector<double> pv;
-    std::vector<double> co;
   };
   Minutes minutes() const;
   // Returns the index of the newest cycle.

@@ -5,9 +5,6 @@
 #include <utility>
 
 #include "daemon/supervision/row_text.hpp"
-#include "hal/contract/sample.hpp"
-#include "model/control/loop_controller.hpp"
-#include "model/control/supervisor.hpp"
 
 namespace loopwarden::daemon::supervision {
 
@@ -21,40 +18,37 @@ watch::Cycle cycle_of(const RecordRow& row) {
           .pv = row.pv,
           .co = row.co,
           .stem = row.stem,
-          .automatic = static_cast<control::Mode>(row.mode) == control::Mode::automatic,
-          .pv_good = static_cast<hal::Quality>(row.pv_quality) == hal::Quality::good};
+          .automatic = row.mode == control::Mode::automatic,
+          .pv_good = row.pv_quality == base::Quality::good};
 }
 
-bool is_frozen(const RecordRow& row) {
-  return static_cast<hal::Reason>(row.pv_reason) == hal::Reason::frozen;
-}
+bool is_frozen(const RecordRow& row) { return row.pv_reason == base::Reason::frozen; }
 
-bool is_silence(hal::Reason reason) {
+bool is_silence(base::Reason reason) {
   switch (reason) {
-    case hal::Reason::never_received:
-    case hal::Reason::stale:
-    case hal::Reason::link_lost:
-    case hal::Reason::source_silent:
-    case hal::Reason::source_dead: return true;
+    case base::Reason::never_received:
+    case base::Reason::stale:
+    case base::Reason::link_lost:
+    case base::Reason::source_silent:
+    case base::Reason::source_dead: return true;
     default: return false;
   }
 }
 
 alarm::ProcessCycle process_cycle_of(const RecordRow& row) {
-  const auto quality = static_cast<hal::Quality>(row.pv_quality);
+  const base::Quality quality = row.pv_quality;
   return {.period_index = row.period_index,
           .sp = row.sp,
           .pv = row.pv,
-          .pv_good = quality == hal::Quality::good,
-          .pv_bad = quality == hal::Quality::bad,
+          .pv_good = quality == base::Quality::good,
+          .pv_bad = quality == base::Quality::bad,
           .pv_frozen = is_frozen(row),
-          .pv_silent =
-              quality == hal::Quality::bad && is_silence(static_cast<hal::Reason>(row.pv_reason)),
+          .pv_silent = quality == base::Quality::bad && is_silence(row.pv_reason),
           .output_arrives = (row.flags & record::kOutputLost) == 0,
           .out_of_service = (row.flags & record::kOutOfService) != 0,
-          .fault = static_cast<control::Fault>(row.fault),
-          .mode = static_cast<control::Mode>(row.mode),
-          .requested_mode = static_cast<control::Mode>(row.requested_mode)};
+          .fault = row.fault,
+          .mode = row.mode,
+          .requested_mode = row.requested_mode};
 }
 
 }  // namespace
@@ -68,6 +62,9 @@ void LoopSupervisor::watch(const MonitoredLoop& loop, Raised raised) {
                  : std::make_unique<History>(loop.history_s, loop.twin->sample_time_s);
   corrective_ = std::make_unique<CorrectiveControl>(loop.corrective, loop.channels, loop.twin,
                                                     loop.window.sample_time_s, alarms_);
+  if (loop.loop != nullptr) {
+    moves_.emplace(*loop.loop, loop.window.sample_time_s, loop.moves_lease);
+  }
   if (const watch::ControllerWatch* controller = detectors_->monitor.controller()) {
     alarms_.controller_not_watched(controller->why_not());
   }
@@ -87,6 +84,7 @@ void LoopSupervisor::restore_detectors() {
 }
 
 LoopSupervisor::Turn LoopSupervisor::take_turn() {
+  if (moves_) moves_->take_turn();
   corrective_->attend();
   detectors_->monitor.calm(corrective_->suppresses_cycling());
   Turn turn;
@@ -114,11 +112,11 @@ LoopSupervisor::Turn LoopSupervisor::take_turn() {
 watch::MonitorStep LoopSupervisor::step(const RecordRow& row) {
   Detectors& d = *detectors_;
   const bool at_limit = (row.flags & (record::kAtLow | record::kAtHigh)) != 0;
-  d.times.add(static_cast<control::Mode>(row.mode), at_limit);
+  d.times.add(row.mode, at_limit);
   watch_process(row);
   const watch::Cycle cycle = cycle_of(row);
   d.condition.add(cycle,
-                  {.pv_bad = static_cast<hal::Quality>(row.pv_quality) == hal::Quality::bad,
+                  {.pv_bad = row.pv_quality == base::Quality::bad,
                    .pv_frozen = is_frozen(row),
                    .cycle_bad = (row.flags & (record::kLateCycle | record::kOutputLost)) != 0});
   watch::MonitorStep result = d.monitor.add(cycle);

@@ -5,13 +5,14 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
-#include <vector>
 
 #include "base/spsc_ring.hpp"
 #include "daemon/supervision/corrective_control.hpp"
 #include "daemon/supervision/history.hpp"
 #include "daemon/supervision/journaled_alarms.hpp"
+#include "daemon/supervision/moves_planning.hpp"
 #include "model/watch/condition_watch.hpp"
 #include "model/watch/loop_monitor.hpp"
 #include "model/watch/mode_times.hpp"
@@ -34,6 +35,8 @@ struct MonitoredLoop {
   std::string pv_unit{};
   alarm::CorrectiveSettings corrective{};
   CorrectiveChannels channels{};
+  rt::LoopChannels* loop = nullptr;  // null: no planned moves
+  std::uint32_t moves_lease = 0;     // cycles
 };
 
 // Called by the monitor's thread for each valve alarm that the window, the routine judgement or the
@@ -43,7 +46,8 @@ using Raised =
     std::function<void(std::size_t loop, alarm::AlarmKind alarm, const watch::LoopMonitor& monitor,
                        const watch::MonitorStep& step, alarm::AlarmReason reason)>;
 
-// Supervises one loop: owns its detectors, its alarms, its incident and its corrective action.
+// Supervises one loop: owns its detectors, its alarms, its incident, its corrective action and
+// its planned moves.
 //
 // The monitor's thread steps the detectors over the cycles of the loop. Each result changes the
 // alarms, and then the corrective action follows. Any thread may use `alarms()`.
@@ -60,8 +64,8 @@ class LoopSupervisor {
   JournaledAlarms& alarms() noexcept { return alarms_; }
   const JournaledAlarms& alarms() const noexcept { return alarms_; }
 
-  // Creates detectors and corrective action. Alarms from before a restart stay on until the
-  // detectors clear them. Call before the threads start.
+  // Creates detectors, corrective action and planned moves. Alarms from before a restart stay on
+  // until the detectors clear them. Call before the threads start.
   void watch(const MonitoredLoop& loop, Raised raised);
 
   struct Turn {
@@ -111,6 +115,7 @@ class LoopSupervisor {
   std::unique_ptr<Detectors> detectors_;
   std::unique_ptr<History> history_;
   std::unique_ptr<CorrectiveControl> corrective_;
+  std::optional<MovesPlanning> moves_;
   Raised raised_;
 };
 

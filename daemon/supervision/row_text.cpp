@@ -3,10 +3,6 @@
 
 #include <fmt/format.h>
 
-#include "hal/contract/sample.hpp"
-#include "model/control/loop_controller.hpp"
-#include "model/control/supervisor.hpp"
-
 namespace loopwarden::daemon::supervision {
 
 using record::RecordRow;
@@ -14,16 +10,14 @@ using record::RecordRow;
 namespace {
 
 std::string pv_text(const RecordRow& row) {
-  const auto quality = static_cast<hal::Quality>(row.pv_quality);
-  std::string text = fmt::format("PV is {}", to_text(quality));
-  if (quality == hal::Quality::good) return text;
-  return text + fmt::format(": {}", to_text(static_cast<hal::Reason>(row.pv_reason)));
+  std::string text = fmt::format("PV is {}", to_text(row.pv_quality));
+  if (row.pv_quality == base::Quality::good) return text;
+  return text + fmt::format(": {}", to_text(row.pv_reason));
 }
 
 std::string mode_text(const RecordRow& row, alarm::NormalMode normal) {
-  const auto fault = static_cast<control::Fault>(row.fault);
-  std::string text = to_text(static_cast<control::Mode>(row.mode));
-  if (fault != control::Fault::none) text += fmt::format(" ({})", to_text(fault));
+  std::string text = to_text(row.mode);
+  if (row.fault != control::Fault::none) text += fmt::format(" ({})", to_text(row.fault));
   return text + fmt::format("; the normal mode is {}", to_text(normal));
 }
 
@@ -45,13 +39,13 @@ std::string limit_text(const alarm::ProcessChange& change, const RecordRow& row,
 
 std::string why_changed(const alarm::ProcessChange& change, const RecordRow& row,
                         const alarm::ProcessSettings& settings, const std::string& unit) {
-  const bool pv_bad = static_cast<hal::Quality>(row.pv_quality) == hal::Quality::bad;
+  const bool pv_bad = row.pv_quality == base::Quality::bad;
   switch (change.kind) {
     case alarm::AlarmKind::output_lost:
       if (!change.on) return "commands reach the device";
       return "commands don't reach the device" + (pv_bad ? "; " + pv_text(row) : std::string());
     case alarm::AlarmKind::output_unknown:
-      return change.on ? "nothing tells where the output stands" : "the output is known";
+      return change.on ? "output position unknown" : "output position known";
     case alarm::AlarmKind::not_normal_mode: return mode_text(row, settings.normal_mode);
     case alarm::AlarmKind::enable_open:
       return change.on ? "the enable contact is open" : "the enable contact is closed";

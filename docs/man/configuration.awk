@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-# loopwardend.yaml(5) for scdoc from docs/configuration.md: headings, paragraphs, lists, code, `words`, the words of links, and tables of keys,
+# loopwardend.yaml(5) for scdoc from docs/reference/configuration.md: headings, paragraphs, lists, code, `words`, the words of links, and tables of keys,
 # whose rows become `key: value; default` with the meaning below. Any POSIX awk.  Usage: awk -f THIS configuration.md
 function words(text,    link) {
   while (match(text, /\[[^]]*\]\([^)]*\)/)) {  # [words](link)

@@ -26,8 +26,8 @@ record::Record read_replayed(const ReplaySettings& settings) {
 void ReplayLoopIo::open() {
   record_ = read_replayed(settings_);
   read_back_ = nullptr;
-  if (record_.has_co) read_back_ = &record_.co;
-  if (record_.has_stem) read_back_ = &record_.stem;
+  if (!record_.co.empty()) read_back_ = &record_.co;
+  if (!record_.stem.empty()) read_back_ = &record_.stem;
   started_ = false;
   last_output_ = settings_.output_low;
   inputs_ = {};

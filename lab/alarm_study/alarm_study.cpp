@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "config/specialists/specialist_folder.hpp"
+#include "model/watch/limits.hpp"
 #include "model/watch/loop_monitor.hpp"
 #include "model/watch/specialist_judge.hpp"
 #include "model/numeric/statistics.hpp"
@@ -27,7 +28,7 @@
 #include "lab/alarm_study/routine_replay.hpp"
 #include "lab/program/studies.hpp"
 
-namespace loopwarden::studies {
+namespace loopwarden::lab {
 namespace {
 
 using alarm::AlarmKind;
@@ -84,9 +85,9 @@ class LateCycles {
   LateCycles(double percent, std::uint64_t seed) : random_(seed), percent_(percent) {}
   bool next() {
     if (left_ == 0 && percent_ > 0.0) {
-      const double mean_length = 0.5 * static_cast<double>(1 + watch::kLongestBridge);
+      const double mean_length = 0.5 * static_cast<double>(1 + watch::WatchLimits::kLongestBridge);
       std::bernoulli_distribution begins(0.01 * percent_ / mean_length);
-      std::uniform_int_distribution<std::size_t> length(1, watch::kLongestBridge);
+      std::uniform_int_distribution<std::size_t> length(1, watch::WatchLimits::kLongestBridge);
       if (begins(random_)) left_ = length(random_);
     }
     if (left_ == 0) return false;
@@ -330,4 +331,4 @@ void add_alarm(CLI::App& app, int& exit_code) {
   sub->callback([o, &exit_code] { exit_code = run_alarm_study(*o); });
 }
 
-}  // namespace loopwarden::studies
+}  // namespace loopwarden::lab

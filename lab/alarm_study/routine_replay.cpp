@@ -8,11 +8,12 @@
 #include <limits>
 #include <map>
 
+#include "model/watch/limits.hpp"
 #include "model/watch/loop_monitor.hpp"
 #include "record/record_csv.hpp"
 #include "lab/program/labels.hpp"
 
-namespace loopwarden::studies {
+namespace loopwarden::lab {
 namespace {
 
 struct Loop {
@@ -42,7 +43,7 @@ nlohmann::json watched(const std::string& name, const Loop& loop) {
     for (std::size_t k = 0; k < r.size(); ++k) {
       passed_s += period_s;
       const watch::MonitorStep step = watch.add({.period_index = period++,
-                                                 .sp = r.has_sp ? r.sp[k] : 0.0,
+                                                 .sp = !r.sp.empty() ? r.sp[k] : 0.0,
                                                  .pv = r.pv[k],
                                                  .co = r.co[k],
                                                  .stem = std::nan(""),
@@ -93,7 +94,7 @@ void print_loops(const nlohmann::json& loops) {
       "Alarms of routine evidence on recorded loops, CO span 0 to 100. A window is {} samples; "
       "more "
       "than one must agree.\n\n",
-      watch::RoutineWatch::kSamples);
+      watch::WatchLimits::kRoutineSamples);
   fmt::print("{:<10} {:<7} {:>7} {:>8} {:>8} {:>9}  {}\n", "loop", "sticky", "hours", "windows",
              "sum", "raised h", "alarm");
   std::size_t right = 0;
@@ -123,4 +124,4 @@ void print_loops(const nlohmann::json& loops) {
       right, sticky, enough, wrong, loops.size() - sticky);
 }
 
-}  // namespace loopwarden::studies
+}  // namespace loopwarden::lab

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-namespace loopwarden::studies {
+namespace loopwarden::lab {
 
 // Replays the records in labels.csv of each folder, loop by loop, with a gap in automatic between
 // records. Throws record::RecordError.
@@ -15,4 +15,4 @@ nlohmann::json replay_loops(const std::vector<std::string>& folders);
 // Prints the result of replay_loops() as a table.
 void print_loops(const nlohmann::json& loops);
 
-}  // namespace loopwarden::studies
+}  // namespace loopwarden::lab

@@ -1,14 +1,14 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""What an archive does to verdicts: records thinned by its two rules, filled again as a historian would, judged as before.
+"""The effect of an archive on verdicts: records thinned by its two rules, filled again like a historian, then judged.
 
 Usage: lab/bench/archive_study.py [--programs build/release/bin] [--cases DIR | --loops N]
 
-1. The labelled records of real loops (examples/routine), at several deviations (% of the CO span; PV: of four times the
+1. The labelled windows of ten real loops (examples/routine), at several deviations (% of the CO span; PV: of four times the
    range from 2 to 98 %).
 2. A simulated loop at 1 s, healthy and sticky (s 5, j 2): `gap` and `diagnose` on each kind of file.
-With --loops: N such loops, each with another noise and load: what `diagnose` says of them.
-The thinning is written from the rules' description alone and shares no code with what recognises it.
+With --loops: N such loops, each with another noise and load, judged by `diagnose`.
+The thinning follows only the rules' description and shares no code with its detection.
 """
 import argparse
 import bisect

@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""Planned moves on the wire: loopwardend on two pymodbus plants whose valve sticks, the same load on both; one under PI
-alone, one with planned moves. Plant 1 of the thesis runs faster than time, so that minutes are enough.
+"""Planned moves over Modbus: loopwardend on two pymodbus plants whose valve sticks, with the same load on both. One runs
+only under PI, the other with planned moves. Plant 1 of the thesis runs faster than real time, so that minutes are enough.
 
 Prints RMS of SP - PV and stem travel of both over the second half.  Example: lab/bench/calm_on_the_wire.py --minutes 6
 """
@@ -127,7 +127,7 @@ def main():
     print(f"{'':<16}{'RMS, L/min':>12}{'travel, V/h':>14}")
     for name, one in (("PI", pi), ("planned moves", calm)):
         print(f"{name:<16}{one.rms():>12.4f}{one.travel / hours:>14.1f}")
-    print(f"RMS {calm.rms() / pi.rms():.2f} of that without; it says: {says}")
+    print(f"RMS {calm.rms() / pi.rms():.2f} of that without; state: {says}")
 
 
 if __name__ == "__main__":

@@ -6,6 +6,7 @@
 
 #include "lab/bench/plant1.hpp"
 #include "lab/bench/bench_loop.hpp"
+#include "model/control/moves_advisor.hpp"
 
 namespace loopwarden::bench {
 namespace {
@@ -16,6 +17,10 @@ struct Loop {
   void run(std::uint64_t period) {
     const auto now_ns = static_cast<std::int64_t>(period) * 100'000'000;
     loop.cycle.run({.now_ns = now_ns, .period_index = period}, 0, false);
+    control::MovesSample sample;
+    while (loop.channels.moves_samples.try_pop(sample)) {
+      loop.channels.moves_requests.publish(moves.step(sample));
+    }
     record::RecordRow row;
     loop.channels.records.try_pop(row);  // emptied as by the historian, so that the ring does not
                                          // fill
@@ -24,6 +29,7 @@ struct Loop {
 
   base::SpscRing<daemon::rt::Event> events{256};
   BenchLoop loop;
+  control::MovesAdvisor moves{0.1, 50};
 };
 
 void cycle_of(benchmark::State& state, const plant::LoopModel& model) {
@@ -33,13 +39,13 @@ void cycle_of(benchmark::State& state, const plant::LoopModel& model) {
 }
 void cycle_healthy(benchmark::State& state) { cycle_of(state, plant1()); }
 void cycle_sticking(benchmark::State& state) { cycle_of(state, sticking_plant1()); }
-// Engaged: the cost above that of the healthy cycle is the cost of planned_moves.
+// Engaged: the cost above that of the healthy cycle is the cost of planned_moves, in the cycle and
+// on the monitor's thread.
 void cycle_calmed(benchmark::State& state) {
   Loop loop(calmed_plant1());
   std::uint64_t period = 0;
   const auto watches = [&] {
-    return loop.loop.channels.moves.read().value_or(control::MovesState{}).phase ==
-           control::MovePhase::watching;
+    return loop.moves.state().value_or(control::MovesState{}).phase == control::MovePhase::watching;
   };
   while (watches() && period < 100'000) loop.run(period++);
   for (auto _ : state) loop.run(period++);

@@ -5,6 +5,7 @@
 
 #include "lab/bench/plant1.hpp"
 #include "model/diagnosis/diagnosis.hpp"
+#include "model/watch/limits.hpp"
 #include "model/watch/routine_watch.hpp"
 #include "model/plant/simulated_loop.hpp"
 
@@ -25,13 +26,12 @@ void judge_window(benchmark::State& state, const plant::LoopModel& model) {
     pv.push_back(sample.pv);
     co.push_back(sample.co);
   }
-  const diagnosis::RoutineRecord record{
-      .pv = pv,
-      .co = co,
-      .sp = sp,
-      .sample_time_s = model.sample_time_s * static_cast<double>(kEvery),
-      .co_low = 0.0,
-      .co_high = 10.0};
+  const numeric::LoopView record{.period_s = model.sample_time_s * static_cast<double>(kEvery),
+                                 .pv = pv,
+                                 .sp = sp,
+                                 .co = co,
+                                 .co_low = 0.0,
+                                 .co_high = 10.0};
   for (auto _ : state) {
     const diagnosis::Diagnosis found = diagnosis::diagnose(record);
     // A closed gate would make the verdict too fast.
@@ -73,7 +73,7 @@ void routine_evidence(benchmark::State& state) {
                                .co = sample.co,
                                .automatic = true,
                                .pv_good = true};
-      if (period % watch::RoutineWatch::kSamples != 0) {
+      if (period % watch::WatchLimits::kRoutineSamples != 0) {
         judged = watch.add(cycle);
         continue;
       }

@@ -1,9 +1,9 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""Loops at 10 Hz alone, beside loopwarden-edge, and beside one whose broker accepts and then hangs: the daemon's late
-cycles and wake-up times. The daemon is started anew for each.
+"""Late cycles and wake-up times of the daemon with loops at 10 Hz: without loopwarden-edge, with it, and with one whose
+broker accepts and then hangs. The daemon is restarted for each.
 
-Exit code 1 where the edge ended, or there were more overruns than --allow beyond those without it.
+Exit code 1 if the edge ended, or if there were more overruns than --allow beyond those without it.
 
 Example: lab/bench/edge_beside.py --loops 50 --seconds 60
 """
@@ -40,7 +40,7 @@ class Broker:
                                         stderr=subprocess.DEVNULL)
 
     def hang(self):
-        """Its system goes on accepting."""
+        """Stops the broker; its system continues to accept connections."""
         self.process.send_signal(signal.SIGSTOP)
 
     def end(self):
@@ -87,7 +87,7 @@ def beside(daemon, seconds, hangs):
             broker.hang()
         result = counted(daemon, seconds)
         if hangs:
-            # It was noticed, or nothing was tried.
+            # Makes sure that the edge noticed it; otherwise the case tests no fault.
             await_log(daemon.folder, "warning broker:")
         edge.send_signal(signal.SIGTERM)
         result["edge"] = edge.wait(timeout=60)

@@ -1,9 +1,9 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""Loops at 10 Hz alone, and beside an explanation of an alarm that never ends: late cycles, wake-up times.
+"""Loops at 10 Hz without and with a permanent explanation of an alarm: late cycles, wake-up times.
 
-The explanation runs as the daemon runs it (`loopwarden explain --background`), one after the other, on the minutes of a
-simulated loop whose gain changes. The figures are each run's own: the daemon is started anew.
+The explanation runs as in the daemon (`loopwarden explain --background`), repeatedly, on the minutes of a
+simulated loop whose gain changes. Each run has separate figures, because the daemon is restarted.
 
 Example: lab/bench/explain_beside.py --loops 50 --seconds 60
 """
@@ -31,7 +31,7 @@ scenario: {{duration: 2400, set_point: [[0, 4], [100, 5], [500, 4], [1000, 6], [
 
 
 def make_evidence(folder):
-    """What the daemon leaves of an alarm at 1800 s."""
+    """Makes the files that the daemon stores for an alarm at 1800 s."""
     for name, fault in (("truth", "{effect: gain_change, factor: 0.8, block: process, from: 1700}"), ("twin", "")):
         with open(f"{folder}/{name}.yaml", "w", encoding="utf-8") as file:
             file.write(MODEL.format(fault))

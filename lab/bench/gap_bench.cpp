@@ -19,13 +19,13 @@ constexpr std::size_t kSamples = 4200;  // seven minutes at 10 Hz
 constexpr unsigned kThreads = 2;
 
 // Returns a record of a sticking valve as stored by a historian.
-gap::Record sticking_record() {
+numeric::LoopRecord sticking_record() {
   plant::LoopModel model = sticking_plant1();
   model.controller.jacket.form = control::JacketForm::off;
   model.valve_effects.front().parameters = {{"s", 1.0}, {"j", 0.5}};
   model.scenario.set_point = {{0.0, 3.0}, {20.0, 5.0}, {120.0, 4.0}, {220.0, 6.0}, {320.0, 4.5}};
   plant::SimulatedLoop loop(model, 10.0 / 4096.0);
-  gap::Record record;
+  numeric::LoopRecord record;
   record.period_s = model.sample_time_s;
   for (std::size_t k = 0; k < kSamples; ++k) {
     const plant::LoopSample sample = loop.step();
@@ -67,7 +67,7 @@ BENCHMARK(free_run_rate)->Name("gap/free_run");
 // Measures the whole workflow, from a record and a model with a healthy valve to the corrected
 // model. It takes seconds, so it runs once.
 void whole_workflow(benchmark::State& state) {
-  const gap::Record record = sticking_record();
+  const numeric::LoopRecord record = sticking_record();
   const plant::LoopModel model = plant1();
   for (auto _ : state) {
     const gap::Result result = gap::find_gap(record, model, {}, two_threads, [](double) {});

@@ -1,11 +1,11 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""How fast exports are read, beside pandas' C engine on the same file in the same run; how fast a plant is ranked.
+"""Speed of reading exports, compared with pandas' C engine on the same file in the same run; speed of ranking a plant.
 
 Usage: lab/bench/import_speed.py [--rows N] [--loops N] [--programs build/release/bin]
 
-Needs python3-pandas. Each is run three times, the best counts; pandas' own start is taken off, that of the program is not.
-`import --check` reads the whole file onto a constant period and looks for what an archive left out; `--out` writes as well.
+Needs python3-pandas. Each is run three times and the best time counts. Only pandas' start time is subtracted.
+`import --check` reads the whole file onto a constant period and looks for values that an archive left out; `--out` also writes.
 """
 import argparse
 import pathlib
@@ -40,7 +40,7 @@ def export(path, rows, stamp):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument('--rows', type=int, default=2_000_000)
-    parser.add_argument('--loops', type=int, default=60, help='loop-days of 10 s for the survey; 0: none')
+    parser.add_argument('--loops', type=int, default=60, help='loop-days of 10 s for the survey; 0: off')
     parser.add_argument('--programs', type=pathlib.Path, default=ROOT / 'build/release/bin')
     options = parser.parse_args()
     program = options.programs.resolve() / 'loopwarden'

@@ -46,7 +46,7 @@ def main():
     for name in sorted(cpu_after, key=lambda n: cpu_before.get(n, 0) - cpu_after[n]):
         used = 100 * (cpu_after[name] - cpu_before.get(name, 0.0)) / elapsed
         print(f"CPU {name:<16} {used:8.2f} % of one core")
-    # What this script asks once a second is lw-control's work alone.
+    # The requests of this script once a second are handled only by lw-control.
     print(f"memory               {memory:8.1f} MB resident")
     print(f"windows judged       {windows:8} ({windows / elapsed:.1f}/s)")
     print(f"windows' backlog     {backlog:8} loops at most")

@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Faults that begin in the middle of a record of another simulator: are they named, and is anything named before?
+"""Faults that begin in the middle of a record of another simulator: the share named, and the share of false names before.
 
-Each case: friction, play and air integrated at 1 ms by code that shares nothing with model/
-(lab/hidden_cases); specialists trained on the case's loop model alone; every window of the record classified.
+Each case: friction, backlash and air integrated at 1 ms by code that shares no code with model/
+(lab/hidden_cases). The specialists are trained only on the case's loop model; every window of the record is classified.
 Seeds below 100000 are for development.
 """
 import argparse

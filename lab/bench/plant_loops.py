@@ -5,12 +5,12 @@
   lab/bench/plant_loops.py [--only smooth limits stiction play healthy tuning master] [--loops N]   each loop by `diagnose`
   lab/bench/plant_loops.py --windows         the same loops by `survey --window` 1, 2, 4 and 8
   lab/bench/plant_loops.py --plants 20       the first ten of `survey` of each plant: 200 loops, 20 with a sick valve
-  lab/bench/plant_loops.py --save DIR        the records and what is true of them (truth.csv), judged by nobody
+  lab/bench/plant_loops.py --save DIR        the records and their true causes (truth.csv), without a judgement
   lab/bench/plant_loops.py --check           the generator against textbooks; exit code 1 if it fails
 
-8 h at 1 s. Kinds, each behind a controller with sane tuning (greatest sensitivity up to 2) where nothing else is said:
+8 h at 1 s. Kinds, each under a controller with sane tuning (greatest sensitivity up to 2), unless stated otherwise:
   smooth    ideal valve, flow; a sine, triangle or saw swings the supply, half of them with wandering phase and amplitude
-  limits    ideal valve, slow loop, 1.2 to 3 times the gain that it can bear: CO cycles between limits, some not CO's ends
+  limits    ideal valve, slow loop, 1.2 to 3 times its stability limit: CO cycles between limits, some not CO's ends
   stiction  band 2 to 8 % of CO's span, jump 15 to 90 % of it; flows and levels
   play      2 to 8 %; flows whose set point or load moves, and levels, which cycle
   healthy   ideal valve; flow, level, temperature; loads that wander, set points that step
@@ -67,10 +67,10 @@ def wilson(k, n):
 
 
 class Valves:
-    """Stems with `band` (dead band and stick band together) and `jump`; jump 0 is play, both 0 an ideal valve.
+    """Stems with `band` (dead band and stick band together) and `jump`; jump 0 is backlash, both 0 an ideal valve.
 
-    A stem at rest bears a force of (band + jump)/2 and slips until (band - jump)/2 is left (He, Wang, Pottmann, Qin 2007).
-    Those that `keep_moving` then follow the signal until it stands or turns (Choudhury, Thornhill, Shah 2005); the others
+    A resting stem holds against a force of (band + jump)/2 and slips until (band - jump)/2 remains (He, Wang, Pottmann, Qin 2007).
+    Those that `keep_moving` then follow the signal until it stops or turns (Choudhury, Thornhill, Shah 2005); the others
     rest after each jump.
     """
 
@@ -169,7 +169,7 @@ def draw(kind, n, seed):
     # A vessel that full flow fills in 1 to 10 minutes, such as a drum; %/s of level for 1 % of CO.
     loop["rate"] = 1.0 / spread(60, 600)
     loop["level_kp"] = spread(0.7, 4.0)
-    # Of steam into a cooler or out of a vessel PV falls where CO rises; flows rise.
+    # For steam into a cooler or out of a vessel, PV falls when CO rises; flows rise.
     loop["sign"] = np.where(~(what == "flow") & share(0.5), -1.0, 1.0)
     loop["lambda_s"] = spread(0.7, 4.0) * (loop["dead_s"] + 1.0 + 0.3 * loop["lag_s"] + loop["lag2_s"] / 2.0)
     loop["kp"], loop["ki"] = tuned(loop, loop["lambda_s"], share(0.35), random)
@@ -188,7 +188,7 @@ def draw(kind, n, seed):
     loop["sp_swing"] = zero
 
     if kind == "smooth":
-        # Flow goes with the root of the pressure drop, so 1 to 8 % of flow is a supply that swings by 2 to 16 %.
+        # Flow is proportional to the root of the pressure drop, so 1 to 8 % of flow is a supply that swings by 2 to 16 %.
         loop["swing"] = spread(0.01, 0.08) * loop["at_sp"] / loop["gain"]
         loop["period_s"], loop["shape"] = spread(30, 3000), np.arange(n) % len(SHAPES)
         loop["irregular"] = np.where(np.arange(n) // len(SHAPES) % 2, uniform(0.05, 0.25), 0.0)
@@ -206,7 +206,7 @@ def draw(kind, n, seed):
         loop["band"] = band
         if kind == "stiction":
             loop["jump"], loop["keep_moving"] = band * uniform(0.15, 0.9), share(0.5)
-        # What moves CO beside the valve stays of the order of the band, so that its travel does.
+        # Other causes move CO only in the order of the band, so that its travel stays in that order too.
         moved = uniform(0.0, 1.2) if kind == "stiction" else np.where(level, uniform(0.0, 0.3), uniform(0.2, 1.4))
         loop["wander"], loop["wander_s"] = uniform(0.02, 0.3) * band, spread(300, 3000)
         loop["sp_moves"] = random.choice(["stands", "stands", "steps", "master"], n) if kind == "stiction" else np.where(
@@ -224,10 +224,10 @@ def draw(kind, n, seed):
     elif kind == "tuning":
         loop["kp"], loop["ki"] = too_tight(loop, loop["kp"], loop["ki"], random)
 
-    # Who commissions a loop filters PV until noise no longer shakes the valve; where the gain is too high it does.
+    # In practice PV is filtered until noise no longer shakes the valve; with too high a gain the noise moves it.
     loop["noise"] = np.minimum(loop["noise"], (2.0 if kind == "limits" else 0.3) / loop["kp"])
     loop["co_step"] = np.where(share(0.5), 0.01, spread(0.05, 1.0))
-    if kind == "smooth":  # a swing that the log of CO does not show accuses nobody
+    if kind == "smooth":  # CO is logged finely enough to show the swing
         loop["co_step"] = np.minimum(loop["co_step"], loop["swing"] / 4.0)
     loop["pv_step"] = np.where(share(0.5), 0.001, spread(0.01, 0.3))
     loop["phase"] = random.random(n)
@@ -271,7 +271,7 @@ def simulate(loop, seed, samples=SAMPLES):
         wander = wander_kept * wander + wander_stir * z[2]
         swung = swing_kept * swung + (1.0 - swing_kept) * (loop["swing"] * form + wander)
         stepped = steps & (random.random(n) < 1.0 / loop["sp_every_s"])
-        # What a master wants wanders; its own filter makes it smooth.
+        # The request of a master wanders; its own filter makes it smooth.
         wanted = sp_kept * wanted + sp_stir * z[3]
         sp_off = np.where(stepped, loop["sp_size"] * random.uniform(-1, 1, n), np.where(master, sp_off + 0.1 * (wanted - sp_off), sp_off))
         sp = loop["at_sp"] + sp_off + loop["sp_swing"] * form
@@ -292,7 +292,7 @@ def simulate(loop, seed, samples=SAMPLES):
 
 
 def travel_in_bands(co, band):
-    """Median of CO's travel between its reversals of at least half a band, in bands; 0 where it never turns."""
+    """Median of CO's travel between its reversals of at least half a band, in bands; 0 without reversals."""
     travels, turn, end, way = [], None, co[0], 0
     for c in co.tolist():
         if (c - end) * way > 0:
@@ -308,7 +308,7 @@ TAGS = {"flow": "FIC", "level": "LIC", "temperature": "TIC"}
 
 
 def truths_of(kind, loop, records, first, tags):
-    """What is true of each loop, with the name of its file."""
+    """Returns the true cause for each loop, with the name of its file."""
     truths = []
     for i, what in enumerate(loop["what"]):
         number = first + i
@@ -325,7 +325,7 @@ def truths_of(kind, loop, records, first, tags):
 
 
 def write(folder, truths, loop, records):
-    """SP is left out of every other loop whose set point stands."""
+    """Removes SP from every other loop with a constant set point."""
     rows = np.empty((records.shape[1], 4))
     rows[:, 0] = np.arange(records.shape[1])
     for i, truth in enumerate(truths):
@@ -472,7 +472,7 @@ def rung(answer):
 
 
 def contradicts(answers):
-    """A valve effect with one window and none with another. What can't be told contradicts nothing."""
+    """A valve effect with one window and no effect with another. `can't tell` contradicts neither."""
     verdicts = {a["verdict"] for a in answers}
     return "valve_effect" in verdicts and bool(verdicts & {"other_cause", "healthy"})
 
@@ -502,7 +502,7 @@ def windows_study(options, folder):
 
 
 def plant(folder, seed, scale):
-    """One plant; its tags are numbered at random, so that no order of names tells who is sick."""
+    """One plant; its tags are numbered at random, so that the order of names doesn't reveal faulty valves."""
     random = np.random.default_rng([seed, 4])
     counts = {kind: max(1, round(count * scale)) for kind, count in PLANT.items()}
     numbers = iter(random.permutation(sum(counts.values())))
@@ -570,7 +570,7 @@ def save(options):
 
 
 def play_cycle(kp_ti_rate):
-    """(CO's amplitude over half the band, period over ti) of a level under PI behind play, by describing function."""
+    """(CO's amplitude over half the band, period over ti) of a level under PI with backlash, by describing function."""
     x = np.linspace(1.001, 20.0, 20000)  # amplitude over half the band
     s = 1.0 - 2.0 / x
     real = (np.pi / 2 + np.arcsin(s) + s * np.sqrt(1 - s * s)) / np.pi
@@ -608,7 +608,7 @@ def check():
         down = [position(0.01 * (top - k)) for k in range(1, 1000)]
         moves = -np.diff([at, *down])
         first = int(np.argmax(moves > 1e-9))
-        holds(f"{name}: signal goes back so far before the stem does", 0.01 * (first + 1), band - 0.001, band + 0.021)
+        holds(f"{name}: signal reverses by this much before the stem does", 0.01 * (first + 1), band - 0.001, band + 0.021)
         holds(f"{name}: the stem's first move back", moves[first], max(jump, 0.001) - 0.001, jump + 0.021)
         often = 0.01 if jump and not keep_moving else 1.0
         holds(f"{name}: share of samples that move the stem after that", np.mean(moves[first + 1 :] > 1e-9), often - 0.01, often)
@@ -647,16 +647,16 @@ def check():
         amplitude, period = play_cycle(c[i])
         co = records[2, 4000:, i]
         ups = crossings(co)
-        holds(f"level behind play, kp ti rate {c[i]:g}: amplitude over that by describing function",
+        holds(f"level with backlash, kp ti rate {c[i]:g}: amplitude over that by describing function",
               np.median([np.ptp(co[a:b]) for a, b in zip(ups, ups[1:])]) / 4.0 / amplitude, 0.8, 1.25)
-        holds(f"level behind play, kp ti rate {c[i]:g}: period over that by describing function",
+        holds(f"level with backlash, kp ti rate {c[i]:g}: period over that by describing function",
               np.median(np.diff(ups)) / (period * loop["kp"][i] / loop["ki"][i]), 0.8, 1.25)
 
     loop = quiet("stiction", keep_moving=np.zeros(20, dtype=bool), wander=np.full(20, 0.05))
     flows = loop["what"] == "flow"
     records = simulate(loop, 1, 8000)
     travel = np.array([travel_in_bands(records[2, :, i], loop["band"][i]) for i in range(20)])
-    holds("stiction alone, flow: median travel of CO, bands", np.median(travel[flows]), 1.0, 1.6)
+    holds("only stiction, flow: median travel of CO, bands", np.median(travel[flows]), 1.0, 1.6)
     still = quiet("stiction", band=np.zeros(20), jump=np.zeros(20))
     holds("the same without: greatest range of CO", np.ptp(simulate(still, 1, 8000)[2], axis=0).max(), 0, 0.01)
     loop = draw("limits", 20, 1)
@@ -676,7 +676,7 @@ def main():
     parser.add_argument("--loops", type=int, help="of each kind, or of a plant; default 100 (smooth 200), --windows 20, a plant 200")
     parser.add_argument("--seed", type=int, default=1, help="default 1, for development")
     parser.add_argument("--by", choices=("diagnose", "survey"), default="diagnose", help="who judges the kinds; survey sees all of a kind")
-    parser.add_argument("--without-tags", dest="tags", action="store_false", help="file names that don't tell what a loop controls")
+    parser.add_argument("--without-tags", dest="tags", action="store_false", help="file names that don't reveal the controlled variable")
     parser.add_argument("--windows", action="store_true", help="survey with four windows instead")
     parser.add_argument("--plants", type=int, default=0, help="so many plants instead")
     parser.add_argument("--save", type=pathlib.Path, help="write the records here instead")

@@ -1,11 +1,11 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""What else happens to records: spikes, a stuck transmitter, missing samples, clipping, another sample time, CO logged
-before its limit or a sample or two late; on a loop that is as its model says, and on one whose valve sticks.
+"""Other faults of records: spikes, a stuck transmitter, missing samples, clipping, another sample time, CO logged
+before its limit or a sample or two late. Tested on a loop that matches its model, and on one whose valve sticks.
 
 Usage: lab/bench/record_faults_study.py [--count N] [--seed S] [--programs build/release/bin]
 
-Prints for each what `gap` says. Wrong: a name with confidence 0.9 or more that is neither in the loop nor what was done to
+Prints the answer of `gap` for each. Wrong: a name with confidence 0.9 or more that is neither an effect in the loop nor the fault of
 the record.
 """
 import argparse
@@ -80,7 +80,7 @@ def early(r, _):
     return changed(r, co=r['co'][1:] + [r['co'][-1]])
 
 
-# What the controller asked for, where its limit held it.
+# The controller's request while its limit held it.
 def before_the_limit(r, _):
     high = max(r['co'])
     return changed(r, co=[u + (0.8 * max(0.0, w - y) if u >= high - 1e-6 else 0.0) for u, w, y in zip(r['co'], r['sp'], r['pv'])])
@@ -121,7 +121,7 @@ def main():
                     subprocess.run([program, 'simulate', truth, '--out', plain], check=True, capture_output=True)
                     record = read(plain)
                     write(path, change(record, rng))
-                    # As the refusal of such a record says.
+                    # As the refusal of such a record recommends.
                     more = ['--clip-co'] if 'before' in case else []
                     ran = subprocess.run([program, 'gap', path, '--model', model, '--out', folder / 'out', '--json', *more],
                                          capture_output=True, text=True, check=False)

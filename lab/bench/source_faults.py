@@ -27,7 +27,7 @@ RECOVERY_S = 60
 
 
 class Faults:
-    """What can happen to each source: what begins it, what ends it, whether PV must turn bad meanwhile."""
+    """Faults of each source: their begin, their end, and whether PV must turn bad meanwhile."""
 
     def __init__(self, plant, plc):
         self.plant, self.plc = plant, plc
@@ -121,7 +121,7 @@ class Faults:
     def start(self, name):
         self.plant.start_feeder(name)
         if name == "mqtt":
-            self.plant.seq = 0  # born again: nobody asks for it
+            self.plant.seq = 0  # a new birth without a request
 
     def order_all(self, *words):
         tags = [f"{tag}.PV" for tag in self.plant.tags["opcua"]]
@@ -132,7 +132,7 @@ class Faults:
                 self.plant.server.stdout.readline()
 
     def rename(self, old, new):
-        # node-opcua's server asserts where a node goes whose last values still wait to be sent.
+        # node-opcua's server fails an assertion if a removed node still has values to send.
         self.plant.held.add("opcua")
         time.sleep(5)
         with self.plant.server_lock:

@@ -83,7 +83,7 @@ void explaining_team(benchmark::State& state) {
         specialist::random_network({specialist::kNetworkInputs, 16, 16, 1}, c);
   }
   specialist::TeamJudge judge(team);
-  for (auto _ : state) benchmark::DoNotOptimize(judge.judge({samples.pv, samples.co}));
+  for (auto _ : state) benchmark::DoNotOptimize(judge.judge({.pv = samples.pv, .co = samples.co}));
 }
 
 BENCHMARK(eight_specialists)->Name("specialist/eight");

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The eight networks of the thesis in python3-torch, and one Levenberg-Marquardt training in SciPy.
 
-Needs the Debian packages python3-torch and python3-scipy; nothing else of the project does. Run it beside
+Needs the Debian packages python3-torch and python3-scipy; only this script of the project does. Run it next to
 loopwarden_bench, on the same idle machine, and divide.
 """
 import time

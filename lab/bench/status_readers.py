@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""What it costs to be looked at: many loops, asked for their overview several times a second over status.sock.
+"""Cost of status readers: many loops, with several overview requests a second over status.sock.
 
 Runs the real daemon on simulated loops of plant 1 and prints the size of an answer, how long it took, the processor time
 of lw-status, and the late cycles with and without readers.

@@ -1,13 +1,13 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Loops of another simulator, commissioned from a rough belief and 20 healthy minutes; then a change, seen and named.
+"""Loops of another simulator, commissioned from a rough model and 20 healthy minutes; then a change, to be detected and named.
 
-Each case: friction, play and air integrated at 1 ms by code that shares nothing with model/ (lab/hidden_cases, kinds
-`later` and `healthy`); `commission` from its first 20 minutes, `replay --twin` over all that comes after. Half of the loops have
-a load. --as-believed trains on the belief as it is instead. --healthy-hours: as long a record without a change, after as
+Each case: friction, backlash and air integrated at 1 ms by code that shares no code with model/ (lab/hidden_cases, kinds
+`later` and `healthy`). `commission` uses its first 20 minutes, `replay --twin` the rest. Half of the loops have
+a load. --as-believed trains on the rough model without corrections. --healthy-hours: as long a record without a change, after as
 many minutes, with another day's load and set points over the whole range. Seeds below 100000 are for development.
 
-A change is seen by an alarm, or by load_outside where it is a load (bias, step, drift, oscillation); bias and step count as one.
+A change is detected by an alarm, or by load_outside if it is a load (bias, step, drift, oscillation); bias and step count as one.
 The name is the incident's, ten minutes after the change, or the first alarm's explanation. "Called a valve fault": by the
 incident's cause.
 """
@@ -55,7 +55,7 @@ def cut(record, upto_s, early, late):
 
 
 def commission(case, as_believed):
-    """What `commission` says, and where specialists and twin are."""
+    """Returns the answer of `commission`, and the paths of specialists and twin."""
     out = case / "commissioned"
     if as_believed:
         must(BIN / "loopwarden", "train", case / "model.yaml", "--out", out / "specialists", "--windows", 12000)
@@ -114,7 +114,7 @@ def verdict(explanation):
 
 
 def names(explanation):
-    """[[name, confidence, names it can't be told from], ...]"""
+    """[[name, confidence, names that can't be distinguished from it], ...]"""
     return ([[e["name"], e["confidence"], e["alternatives"], e["block"]] for e in explanation["effects"]]
             if explanation else [])
 
@@ -195,12 +195,12 @@ def accepted(r, part, accept):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--count", type=int, default=13, help="loops; 15 kinds of change, and none")
+    parser.add_argument("--count", type=int, default=13, help="loops; 15 kinds of change, and no change")
     parser.add_argument("--seed", type=int, required=True, help="of the first loop")
     parser.add_argument("--as-believed", action="store_true", help="specialists and twin from the belief as it is")
     parser.add_argument("--healthy-hours", type=float, default=0.0, help="hours after the 20 minutes, without a fault")
     parser.add_argument("--jobs", type=int, default=1, help="loops at once")
-    parser.add_argument("--keep", type=pathlib.Path, help="folder for the cases; else they are removed")
+    parser.add_argument("--keep", type=pathlib.Path, help="folder for the cases; default: they are removed")
     args = parser.parse_args()
     if not (BIN / "loopwarden_hidden_cases").exists():
         print(f"twin_study: no {BIN}/loopwarden_hidden_cases: build the release preset first", file=sys.stderr)

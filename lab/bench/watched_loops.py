@@ -2,13 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """A plant of watched loops at 1 s, a quarter of each source: Modbus TCP (pymodbus, 20 units), feed.sock (this script),
 MQTT (half plain JSON, half Sparkplug B by alias; Mosquitto, loopwarden-feed) and OPC UA (node-opcua, loopwarden-opcua).
-CPU and memory of loopwardend and of the feeders, and how many of the values sent did not arrive.
+CPU and memory of loopwardend and of the feeders, and how many of the sent values did not arrive.
 
-With --beside N: N loops that are controlled here (10 Hz, simulated) run alone and with the watched ones beside, in --pairs
+With --beside N: N loops controlled by this daemon (10 Hz, simulated) run without and with the watched ones, in --pairs
 alternating pairs of --seconds each; late cycles of both.
 
-Root, since each feeder is a user of its own; `tests/services/opcua/check` must have fetched the npm packages, or
---without opcua.  Example: lab/bench/watched_loops.py --loops 1000 --seconds 3600
+Needs root, because each feeder has its own user. `tests/services/opcua/check` must have fetched the npm packages, or
+use --without opcua.  Example: lab/bench/watched_loops.py --loops 1000 --seconds 3600
 """
 import argparse
 import json
@@ -63,8 +63,8 @@ class Plant:
         self.sent = dict.fromkeys(USERS, 0)
         self.feeders, self.children, self.ended = {}, [], threading.Event()
         self.thread = threading.Thread(target=self.run)
-        self.held = set()     # sources that say nothing
-        self.frozen = set()   # that say the same values with new stamps
+        self.held = set()     # silent sources
+        self.frozen = set()   # sources that send the same values with new stamps
         self.last = {}
         self.renamed = False  # PV of the OPC UA server
         self.server_lock = threading.Lock()
@@ -155,7 +155,7 @@ class Plant:
         self.start_feeder("opcua")
 
     def values(self, source, tag):
-        """Of a loop at rest: CO hunts a little, PV is noisy; no value is the one before."""
+        """Values of a steady loop: CO hunts a little, PV is noisy; no value repeats."""
         if source in self.frozen:
             return self.last[source, tag]
         new = {"PV": 20 + random.gauss(0, 0.1), "OP": 50 + random.gauss(0, 0.2), "SP": 20 + 0.001 * random.random()}
@@ -169,7 +169,7 @@ class Plant:
             for source, say in (("feed", self.say_script), ("mqtt", self.say_mqtt), ("opcua", self.say_opcua)):
                 if self.tags[source] and source not in self.held:
                     say(now + self.ahead_s[source])
-            # A round that comes late moves those behind it: two within an OPC UA server's sampling interval would be one.
+            # A late round delays those after it, because an OPC UA server would merge two within its sampling interval.
             due = max(due + 1, time.monotonic() + 0.5)
             self.ended.wait(due - time.monotonic())
 
@@ -210,7 +210,7 @@ class Plant:
         self.sent["opcua"] += len(orders)
 
     def settled(self):
-        """What the daemon has taken and what was sent, while nothing is on its way."""
+        """Returns the counts of received and sent values, while no value is on its way."""
         self.held.update(USERS)
         time.sleep(2.5)
         counts = taken(self.daemon), dict(self.sent)

@@ -15,7 +15,7 @@
 #include "model/twin/planned_moves_of.hpp"
 #include "model/watch/twin_watch.hpp"
 
-namespace loopwarden::studies {
+namespace loopwarden::lab {
 namespace {
 
 constexpr double kHealthy_s = 1200.0;
@@ -25,14 +25,6 @@ constexpr double kHealthyPlay = 0.002;  // of the output's span
 
 void in_turn(std::size_t count, const std::function<void(std::size_t)>& f) {
   for (std::size_t i = 0; i < count; ++i) f(i);
-}
-
-gap::Record record_of(const analysis::LoopRecord& r, std::size_t from, std::size_t to) {
-  const auto part = [&](const std::vector<double>& column) {
-    return std::vector<double>(column.begin() + static_cast<std::ptrdiff_t>(from),
-                               column.begin() + static_cast<std::ptrdiff_t>(to));
-  };
-  return {r.sample_time_s, part(r.pv), part(r.sp), part(r.co)};
 }
 
 plant::LoopModel healthy_loop(const StickyLoop& loop) {
@@ -49,7 +41,7 @@ std::optional<plant::LoopModel> twin_of(const StickyLoop& loop, numeric::Random&
     time_s = std::exchange(at_s, at_s + 160.0);
   }
   model.scenario.set_point.front().first = 0.0;
-  const analysis::LoopRecord r = analysis::run_model(model, kHealthy_s);
+  const analysis::SimulatedRecord r = analysis::run_model(model, kHealthy_s);
   plant::LoopModel believed = model;
   believed.disturbances.clear();
   believed.valve_effects.clear();
@@ -58,8 +50,7 @@ std::optional<plant::LoopModel> twin_of(const StickyLoop& loop, numeric::Random&
     *one *= random.uniform(0.7, 1.3);
   }
   const twin::Commissioning done =
-      twin::commission({.records = {{.columns = record_of(r, 0, r.pv.size())}}, .model = believed},
-                       in_turn, [](double) {});
+      twin::commission({.records = {r}, .model = believed}, in_turn, [](double) {});
   if (done.outcome != twin::Outcome::commissioned) return std::nullopt;
   return done.twin;
 }
@@ -83,9 +74,9 @@ std::optional<control::PlannedMovesSettings> found_out(const StickyLoop& loop,
     model.scenario.set_point.emplace_back(500.0 * static_cast<double>(i), set_points[i].second);
   }
   model.scenario.seed = random.bits();
-  const analysis::LoopRecord r = analysis::run_model(model, kLongest_s);
+  const analysis::SimulatedRecord r = analysis::run_model(model, kLongest_s);
   const auto samples = [&](double s) {
-    return static_cast<std::size_t>(std::lround(s / r.sample_time_s));
+    return static_cast<std::size_t>(std::lround(s / r.period_s));
   };
   watch::TwinWatch watch(*twin);
   std::size_t alarm = 0;
@@ -95,8 +86,7 @@ std::optional<control::PlannedMovesSettings> found_out(const StickyLoop& loop,
   }
   const std::size_t last = alarm + samples(twin::kEnough_s);
   if (last > r.pv.size()) return std::nullopt;
-  const twin::Explanation explanation =
-      twin::explain(record_of(r, 0, last), *twin, alarm, {}, in_turn);
+  const twin::Explanation explanation = twin::explain(r.part(0, last), *twin, alarm, {}, in_turn);
   if (!explanation.usable()) return std::nullopt;
   const auto& effects = explanation.result.effects;
   const auto effect = std::find_if(effects.begin(), effects.end(),
@@ -113,4 +103,4 @@ std::optional<control::PlannedMovesSettings> found_out(const StickyLoop& loop,
   return settings;
 }
 
-}  // namespace loopwarden::studies
+}  // namespace loopwarden::lab

@@ -14,11 +14,11 @@
 #include "model/numeric/random.hpp"
 #include "lab/calm_study/calm_study.hpp"
 
-namespace loopwarden::studies {
+namespace loopwarden::lab {
 
 // Returns nullopt if there is no twin, no alarm, or another explanation. Planned moves are then not
 // offered.
 std::optional<control::PlannedMovesSettings> found_out(const StickyLoop& loop,
                                                        numeric::Random& random);
 
-}  // namespace loopwarden::studies
+}  // namespace loopwarden::lab

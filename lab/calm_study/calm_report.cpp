@@ -20,7 +20,7 @@
 #include "workbench/files/output_files.hpp"
 #include "workbench/report/chart.hpp"
 
-namespace loopwarden::studies {
+namespace loopwarden::lab {
 namespace {
 
 struct CalmOptions {
@@ -97,7 +97,7 @@ std::string hour_of_a_loop() {
                        const std::function<void(control::ControllerSettings&)>& fit) {
     plant::LoopModel with = model;
     fit(with.controller);
-    const analysis::LoopRecord r = analysis::run_model(with, 10800.0);
+    const analysis::SimulatedRecord r = analysis::run_model(with, 10800.0);
     const std::size_t from = static_cast<std::size_t>(7200.0 / model.sample_time_s);
     const auto cut = [&](const std::vector<double>& column) {
       return std::vector<double>(column.begin() + static_cast<std::ptrdiff_t>(from), column.end());
@@ -284,4 +284,4 @@ void add_calm(CLI::App& app, int& exit_code) {
   sub->callback([options, &exit_code] { exit_code = run_calm_study(*options); });
 }
 
-}  // namespace loopwarden::studies
+}  // namespace loopwarden::lab

@@ -13,7 +13,7 @@
 #include "lab/calm_study/calm_commission.hpp"
 #include "model/numeric/statistics.hpp"
 
-namespace loopwarden::studies {
+namespace loopwarden::lab {
 namespace {
 
 using control::CompensatorKind;
@@ -455,4 +455,4 @@ HealthyStudy study_healthy_loops(std::size_t cases, std::uint64_t seed, const St
           .worst_rise_percent = spread_of(rises).worst};
 }
 
-}  // namespace loopwarden::studies
+}  // namespace loopwarden::lab

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Tests all compensators on random loops with a sticking valve, and planned moves on healthy loops.
-// docs/compensators.md explains the tables.
+// lab/results/compensators.md explains the tables.
 #pragma once
 
 #include <cstddef>
@@ -12,7 +12,7 @@
 #include "model/numeric/random.hpp"
 #include "lab/calm_study/calm_trial.hpp"
 
-namespace loopwarden::studies {
+namespace loopwarden::lab {
 
 // Settings of the execution, which don't affect the results.
 struct StudyWork {
@@ -110,4 +110,4 @@ struct HealthyStudy {
 };
 HealthyStudy study_healthy_loops(std::size_t cases, std::uint64_t seed, const StudyWork& work);
 
-}  // namespace loopwarden::studies
+}  // namespace loopwarden::lab

@@ -8,11 +8,11 @@
 #include <utility>
 #include <vector>
 
-#include "model/control/loop_controller.hpp"
+#include "model/control/simulated_controller.hpp"
 #include "model/plant/plant.hpp"
 #include "model/numeric/random.hpp"
 
-namespace loopwarden::studies {
+namespace loopwarden::lab {
 namespace {
 
 constexpr double kStemResolution = 0.0005;  // of the span: smaller moves do not count as travel
@@ -70,8 +70,8 @@ class Trial {
     const auto holds = static_cast<double>(set_points - trial_.unmeasured);
     analysis::LoopMetrics& m = result_.settled;
     m.rms_error = std::sqrt(m.rms_error / holds);
-    for (double* mean : {&m.mean_error, &m.mean_abs_error, &m.travel_per_hour,
-                         &m.reversals_per_hour, &result_.pv_swing, &result_.co_swing}) {
+    for (double* mean : {&m.mean_error, &m.travel_per_hour, &m.reversals_per_hour,
+                         &result_.pv_swing, &result_.co_swing}) {
       *mean /= holds;
     }
     if (cycling_holds_ > 0) m.period_s /= cycling_holds_;
@@ -95,7 +95,6 @@ class Trial {
     analysis::LoopMetrics& sum = result_.settled;
     sum.rms_error += now.rms_error * now.rms_error;
     sum.mean_error += now.mean_error;
-    sum.mean_abs_error += now.mean_abs_error;
     if (now.period_s > 0.0) {
       sum.period_s += now.period_s;
       ++cycling_holds_;
@@ -183,7 +182,7 @@ class Trial {
 
   const CalmTrial& trial_;
   Truth plant_;
-  control::LoopController controller_;
+  control::SimulatedController controller_;
   numeric::Random read_back_noise_;
   double stem_resolution_;         // CO units
   double read_back_ = 0.0;         // CO units
@@ -205,4 +204,4 @@ TrialResult run_trial(const CalmTrial& trial) {
   return Trial(trial, plant::Plant(trial.model, trial.model.scenario.seed)).run();
 }
 
-}  // namespace loopwarden::studies
+}  // namespace loopwarden::lab

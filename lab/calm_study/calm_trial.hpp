@@ -13,7 +13,7 @@
 #include "model/plant/loop_model.hpp"
 #include "lab/calm_study/physical_plant.hpp"
 
-namespace loopwarden::studies {
+namespace loopwarden::lab {
 
 // Errors of the positioner's read-back.
 struct ReadBackErrors {
@@ -67,4 +67,4 @@ struct TrialResult {
 // Throws effects::EffectError for a model that can't be simulated.
 TrialResult run_trial(const CalmTrial& trial);
 
-}  // namespace loopwarden::studies
+}  // namespace loopwarden::lab

@@ -6,7 +6,7 @@
 
 #include "model/numeric/draw.hpp"
 
-namespace loopwarden::studies {
+namespace loopwarden::lab {
 namespace {
 
 using hidden_cases::kStep_s;
@@ -86,4 +86,4 @@ void PhysicalPlant::read() {
             : seen;
 }
 
-}  // namespace loopwarden::studies
+}  // namespace loopwarden::lab

@@ -15,7 +15,7 @@
 #include "model/numeric/random.hpp"
 #include "model/plant/loop_model.hpp"
 
-namespace loopwarden::studies {
+namespace loopwarden::lab {
 
 enum class PhysicalFriction : std::uint8_t { karnopp, stribeck, lugre };
 
@@ -62,4 +62,4 @@ class PhysicalPlant {
   double pv_ = 0.0;
 };
 
-}  // namespace loopwarden::studies
+}  // namespace loopwarden::lab

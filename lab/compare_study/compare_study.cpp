@@ -6,7 +6,7 @@
 #include "lab/program/studies.hpp"
 #include "workbench/compare/comparison.hpp"
 
-namespace loopwarden::studies {
+namespace loopwarden::lab {
 
 void add_compare(CLI::App& app, int& exit_code) {
   const auto options = std::make_shared<workbench::ComparisonOptions>();
@@ -19,4 +19,4 @@ void add_compare(CLI::App& app, int& exit_code) {
   sub->callback([options, &exit_code] { exit_code = workbench::run_comparison(*options); });
 }
 
-}  // namespace loopwarden::studies
+}  // namespace loopwarden::lab

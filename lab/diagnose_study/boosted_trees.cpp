@@ -8,7 +8,7 @@
 
 #include "model/numeric/random.hpp"
 
-namespace loopwarden::studies {
+namespace loopwarden::lab {
 namespace {
 
 using diagnosis::Tree;
@@ -154,4 +154,4 @@ std::vector<double> boosted_logits(const std::vector<std::vector<double>>& rows,
   return logits;
 }
 
-}  // namespace loopwarden::studies
+}  // namespace loopwarden::lab

@@ -10,7 +10,7 @@
 
 #include "model/diagnosis/classifier.hpp"
 
-namespace loopwarden::studies {
+namespace loopwarden::lab {
 
 struct TrainingSettings {
   std::size_t rounds = 200;
@@ -43,4 +43,4 @@ std::vector<double> boosted_logits(const std::vector<std::vector<double>>& rows,
                                    const std::vector<double>& weights,
                                    const TrainingSettings& settings);
 
-}  // namespace loopwarden::studies
+}  // namespace loopwarden::lab

@@ -23,6 +23,7 @@
 #include "record/record_csv.hpp"
 #include "model/diagnosis/diagnosis.hpp"
 #include "model/diagnosis/features.hpp"
+#include "model/diagnosis/limits.hpp"
 #include "model/numeric/statistics.hpp"
 #include "workbench/command_line/command_line.hpp"
 #include "lab/diagnose_study/diagnosis_cases.hpp"
@@ -36,7 +37,7 @@
 #include "workbench/command_line/progress.hpp"
 #include "lab/program/studies.hpp"
 
-namespace loopwarden::studies {
+namespace loopwarden::lab {
 namespace {
 
 using diagnosis::Cause;
@@ -77,8 +78,8 @@ struct Judged {
   diagnosis::Diagnosis diagnosis;
 };
 
-diagnosis::RoutineRecord view_of(const DiagnosisCase& c) {
-  return {.pv = c.pv, .co = c.co, .sp = c.sp, .sample_time_s = c.sample_time_s};
+numeric::LoopView view_of(const DiagnosisCase& c) {
+  return {.period_s = c.sample_time_s, .pv = c.pv, .sp = c.sp, .co = c.co};
 }
 
 Ingredients ingredients_of(const StudyOptions& options) {
@@ -109,9 +110,9 @@ std::vector<Judged> judge_cases(const StudyOptions& options, std::uint64_t seed,
         j.mover = c.mover;
         j.size = c.size;
         j.labelled.cause = c.cause;
-        const auto kind = diagnosis::loop_kind(c.kind).value_or(diagnosis::LoopKind::unknown);
+        const auto kind = diagnosis::loop_type(c.kind).value_or(diagnosis::LoopType::unknown);
         j.diagnosis = diagnosis::diagnose(
-            view_of(c), options.unknown_kind ? diagnosis::LoopKind::unknown : kind);
+            view_of(c), options.unknown_kind ? diagnosis::LoopType::unknown : kind);
         const diagnosis::Gate gate = j.diagnosis.prepared.gate;
         if (options.compare_too && j.diagnosis.judged()) {
           j.labelled.features = diagnosis::find_features(j.diagnosis.prepared).features;
@@ -317,7 +318,7 @@ struct LabelledWindow {
 
 constexpr double kRidge = 0.3;
 // The term A separates the measured loops no better than chance (AUC 0.49 by window), and the open
-// records were used for its development. It may shift p by 1.4 nats and can't decide alone.
+// records were used for its development. It may shift p by 1.4 nats and can't decide by itself.
 constexpr diagnosis::ValveTerms kMostAtOnce{1e3, 1e3, 1e3, 2.0};
 
 std::vector<LabelledWindow> read_windows(const std::vector<std::string>& folders) {
@@ -327,7 +328,7 @@ std::vector<LabelledWindow> read_windows(const std::vector<std::string>& folders
       const record::Record r = record::read_record(std::filesystem::path(folder) / label.file);
       windows.push_back({.label = label,
                          .diagnosis = diagnosis::diagnose(
-                             {.pv = r.pv, .co = r.co, .sp = r.sp, .sample_time_s = r.period_s})});
+                             {.period_s = r.period_s, .pv = r.pv, .sp = r.sp, .co = r.co})});
     }
   }
   return windows;
@@ -398,7 +399,7 @@ struct LoopFigures {
   diagnosis::ValveTerms numbers{};  // means over the windows
   double log_loss() const { return -std::log(sticky ? left_out : 1.0 - left_out); }
   bool left_out_found() const {
-    return left_out >= diagnosis::kDecidedFrom && left_out_effects > 0;
+    return left_out >= diagnosis::DiagnosisLimits::kDecidedFrom && left_out_effects > 0;
   }
   bool right() const {
     return (verdict.verdict == diagnosis::DiagnosisVerdict::valve_effect) == sticky;
@@ -823,10 +824,10 @@ int judge_gap_examples(const StudyOptions& options) {
     for (const Truth& truth : truths_of(file, path)) {
       const record::Record r =
           record::read_record(std::filesystem::path(folder) / truth.id / "record.csv");
-      const diagnosis::Diagnosis d = diagnosis::diagnose({.pv = r.pv,
-                                                          .co = r.co,
+      const diagnosis::Diagnosis d = diagnosis::diagnose({.period_s = r.period_s,
+                                                          .pv = r.pv,
                                                           .sp = r.sp,
-                                                          .sample_time_s = r.period_s,
+                                                          .co = r.co,
                                                           .co_low = 0.0,
                                                           .co_high = 10.0});
       const bool sticky =
@@ -949,4 +950,4 @@ void add_diagnose(CLI::App& app, int& exit_code) {
   sub->callback([options, &exit_code] { exit_code = run_study(*options); });
 }
 
-}  // namespace loopwarden::studies
+}  // namespace loopwarden::lab

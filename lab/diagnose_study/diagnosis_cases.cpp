@@ -15,7 +15,7 @@
 #include "lab/diagnose_study/loop_logging.hpp"
 #include "lab/diagnose_study/loop_parts.hpp"
 
-namespace loopwarden::studies {
+namespace loopwarden::lab {
 namespace {
 
 using diagnosis::Cause;
@@ -585,4 +585,4 @@ DiagnosisCase diagnosis_case(std::uint64_t seed, std::size_t index,
   return drawn;
 }
 
-}  // namespace loopwarden::studies
+}  // namespace loopwarden::lab

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Simulated routine records for training and evaluation of `diagnose`: closed loops of many kinds
-// with noise and loads, logged as in plants. docs/diagnose.md lists the distributions.
+// with noise and disturbances, logged as in plants. loop_parts.hpp, loop_draw.hpp and
+// ingredients.hpp have the distributions.
 #pragma once
 
 #include <cstddef>
@@ -11,7 +12,7 @@
 #include "model/diagnosis/classifier.hpp"
 #include "lab/diagnose_study/ingredients.hpp"
 
-namespace loopwarden::studies {
+namespace loopwarden::lab {
 
 struct DiagnosisCase {
   diagnosis::Cause cause = diagnosis::Cause::none;  // fault of the loop
@@ -31,4 +32,4 @@ struct DiagnosisCase {
 DiagnosisCase diagnosis_case(std::uint64_t seed, std::size_t index,
                              const Ingredients& ingredients = all_ingredients());
 
-}  // namespace loopwarden::studies
+}  // namespace loopwarden::lab

@@ -6,7 +6,7 @@
 
 #include "model/numeric/random.hpp"
 
-namespace loopwarden::studies {
+namespace loopwarden::lab {
 namespace {
 
 // Spread of the terms, so that the ridge affects them equally.
@@ -83,4 +83,4 @@ BootstrapInterval bootstrap(std::size_t count, std::uint64_t seed,
   return {at((1.0 - share) / 2.0), at((1.0 + share) / 2.0)};
 }
 
-}  // namespace loopwarden::studies
+}  // namespace loopwarden::lab

@@ -11,7 +11,7 @@
 
 #include "model/diagnosis/decision.hpp"
 
-namespace loopwarden::studies {
+namespace loopwarden::lab {
 
 struct LogisticRow {
   diagnosis::ValveTerms x{};
@@ -38,4 +38,4 @@ BootstrapInterval bootstrap(std::size_t count, std::uint64_t seed,
                             const std::function<double(std::span<const std::size_t>)>& figure,
                             double share = 0.95);
 
-}  // namespace loopwarden::studies
+}  // namespace loopwarden::lab

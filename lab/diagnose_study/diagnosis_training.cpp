@@ -8,7 +8,7 @@
 
 #include "model/numeric/random.hpp"
 
-namespace loopwarden::studies {
+namespace loopwarden::lab {
 
 using diagnosis::kCauseCount;
 using diagnosis::kFeatures;
@@ -96,4 +96,4 @@ std::string table_text(const TrainedTable& table, const std::string& provenance)
   return text;
 }
 
-}  // namespace loopwarden::studies
+}  // namespace loopwarden::lab

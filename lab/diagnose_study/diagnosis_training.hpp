@@ -10,7 +10,7 @@
 #include "model/numeric/parallel.hpp"
 #include "lab/diagnose_study/boosted_trees.hpp"
 
-namespace loopwarden::studies {
+namespace loopwarden::lab {
 
 struct LabelledFeatures {
   diagnosis::Features features{};
@@ -30,4 +30,4 @@ TrainedTable train(const std::vector<LabelledFeatures>& cases, const TrainingSet
 // Returns the text of model/diagnosis/classifier.table.
 std::string table_text(const TrainedTable& table, const std::string& provenance);
 
-}  // namespace loopwarden::studies
+}  // namespace loopwarden::lab

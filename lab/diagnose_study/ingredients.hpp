@@ -11,7 +11,7 @@
 #include <optional>
 #include <string_view>
 
-namespace loopwarden::studies {
+namespace loopwarden::lab {
 
 enum class Ingredient : std::uint8_t {
   // Process times in seconds, by kind, logged every 1 to 60 s: flow loops are faster than their
@@ -70,4 +70,4 @@ inline std::optional<Ingredient> ingredient(std::string_view name) {
   return std::nullopt;
 }
 
-}  // namespace loopwarden::studies
+}  // namespace loopwarden::lab

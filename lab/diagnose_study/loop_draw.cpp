@@ -8,7 +8,7 @@
 
 #include "model/numeric/draw.hpp"
 
-namespace loopwarden::studies {
+namespace loopwarden::lab {
 namespace {
 
 using numeric::chance;
@@ -122,4 +122,4 @@ Draw draw_loop(Random& random, const LoopWish& wish) {
   return d;
 }
 
-}  // namespace loopwarden::studies
+}  // namespace loopwarden::lab

@@ -4,7 +4,7 @@
 
 #include "model/numeric/random.hpp"
 
-namespace loopwarden::studies {
+namespace loopwarden::lab {
 
 // Times in units of the logging interval.
 struct ProcessDraw {
@@ -42,4 +42,4 @@ struct LoopWish {
 };
 Draw draw_loop(numeric::Random& random, const LoopWish& wish);
 
-}  // namespace loopwarden::studies
+}  // namespace loopwarden::lab

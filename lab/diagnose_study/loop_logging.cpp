@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-namespace loopwarden::studies {
+namespace loopwarden::lab {
 
 void compress(std::vector<double>& x, double deviation) {
   std::size_t kept = 0;
@@ -63,4 +63,4 @@ void repeat_last(std::vector<double>& x, const std::vector<char>& stale) {
   }
 }
 
-}  // namespace loopwarden::studies
+}  // namespace loopwarden::lab

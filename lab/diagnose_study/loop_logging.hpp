@@ -7,7 +7,7 @@
 
 #include "model/numeric/random.hpp"
 
-namespace loopwarden::studies {
+namespace loopwarden::lab {
 
 // Replaces the signal by straight lines between the points that a historian would keep.
 void compress(std::vector<double>& x, double deviation);
@@ -21,4 +21,4 @@ std::vector<char> stale_samples(numeric::Random& random, std::size_t count, doub
                                 double mean_length);
 void repeat_last(std::vector<double>& x, const std::vector<char>& stale);
 
-}  // namespace loopwarden::studies
+}  // namespace loopwarden::lab

@@ -11,7 +11,7 @@
 
 #include "model/numeric/random.hpp"
 
-namespace loopwarden::studies {
+namespace loopwarden::lab {
 
 using numeric::Random;
 
@@ -181,4 +181,4 @@ class Neighbour {
   double output_ = 0.0;
 };
 
-}  // namespace loopwarden::studies
+}  // namespace loopwarden::lab

@@ -14,7 +14,7 @@
 #include "lab/diagnose_study/boosted_trees.hpp"
 #include "lab/diagnose_study/diagnosis_fit.hpp"
 
-namespace loopwarden::studies {
+namespace loopwarden::lab {
 namespace {
 
 constexpr std::size_t kPermutations = 999;
@@ -274,4 +274,4 @@ PopulationTest test_population(const std::vector<Evidence>& simulated,
   return test;
 }
 
-}  // namespace loopwarden::studies
+}  // namespace loopwarden::lab

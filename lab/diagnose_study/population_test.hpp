@@ -28,7 +28,7 @@
 
 #include "model/numeric/parallel.hpp"
 
-namespace loopwarden::studies {
+namespace loopwarden::lab {
 
 struct Evidence {
   std::vector<double> numbers;
@@ -61,4 +61,4 @@ PopulationTest test_population(const std::vector<Evidence>& simulated,
                                const std::vector<Evidence>& measured,
                                const numeric::ParallelFor& parallel);
 
-}  // namespace loopwarden::studies
+}  // namespace loopwarden::lab

@@ -24,7 +24,7 @@
 #include "lab/gallery/measured_loops.hpp"
 #include "lab/program/studies.hpp"
 
-namespace loopwarden::studies {
+namespace loopwarden::lab {
 namespace {
 
 constexpr double kWindow = 96.1;     // s, 961 samples
@@ -91,9 +91,9 @@ struct Figures {
   double period_s = 0.0;
 };
 
-Figures figures_of(const analysis::LoopRecord& r) {
+Figures figures_of(const analysis::SimulatedRecord& r) {
   Figures f;
-  const double h = r.sample_time_s;
+  const double h = r.period_s;
   const auto first = [&](double level) {
     for (std::size_t k = 0; k < r.true_pv.size(); ++k) {
       if (r.true_pv[k] >= level) return static_cast<double>(k) * h - 1.0;
@@ -116,16 +116,15 @@ Figures figures_of(const analysis::LoopRecord& r) {
   return f;
 }
 
-std::string picture(const Exhibit& exhibit, const analysis::LoopRecord& r) {
+std::string picture(const Exhibit& exhibit, const analysis::SimulatedRecord& r) {
   const auto cut = [&](const std::vector<double>& column, double from_s, double to_s) {
     const auto at = [&](double s) {
-      return column.begin() + static_cast<std::ptrdiff_t>(s / r.sample_time_s);
+      return column.begin() + static_cast<std::ptrdiff_t>(s / r.period_s);
     };
     return std::vector<double>(at(from_s), at(to_s));
   };
   const auto trend = [&](double to_s) {
-    const std::vector<double> t =
-        workbench::time_axis(cut(r.pv, 0.0, to_s).size(), r.sample_time_s);
+    const std::vector<double> t = workbench::time_axis(cut(r.pv, 0.0, to_s).size(), r.period_s);
     workbench::Chart chart{.title = "closed loop",
                            .x_label = "s",
                            .y_label = "L/min, V",
@@ -172,16 +171,19 @@ std::pair<double, double> open_loop_steps(const std::vector<effects::EffectSpec>
 std::string markdown(const std::vector<MeasuredLoop>& measured) {
   std::string text =
       "# Gallery of faults\n\n"
-      "<!-- Generated: `loopwarden-study gallery --out docs` renews it and its pictures. -->\n\n"
-      "[Simulated](#plant-1) records with one fault each, and [measured](#measured-loops) "
-      "records.\n\n"
+      "<!-- Generated: `loopwarden-study gallery --out docs/reference` renews it and its pictures. "
+      "-->\n\n"
+      "This page shows how each valve fault looks in a record: [simulated](#plant-1) records with "
+      "one fault each, and [measured](#measured-loops) records.\n"
+      "The mechanism of each fault and its remedy are in "
+      "[valve faults](../explanation/valve-faults.md).\n\n"
       "## Plant 1\n\n"
-      "Plant 1 of the thesis (gain 1.2264, time constant 1.694 s, dead time 2.626 s, PI with kp "
-      "0.3494 "
-      "and\nki 0.04 1/s, noise 0.01 L/min) on a step of the set point from 0 to 5 L/min, with each "
-      "fault of its\nchapter 7 in two sizes. Left: the window of 961 samples that specialists "
-      "evaluate, then 600 s,\nthen PV over CO. [thesis.md](thesis.md) lists the statement for "
-      "each measure.\n\n"
+      "The set point steps from 0 to 5 L/min at 1 s. Each fault has two sizes.\n"
+      "Each picture has three parts: the first 961 samples, which specialists judge; 600 s; PV "
+      "over CO.\n"
+      "Plant 1 of the thesis has gain 1.2264, time constant 1.694 s and dead time 2.626 s.\n"
+      "Its controller is a PI with kp 0.3494 and ki 0.04 1/s. The noise is 0.01 L/min.\n"
+      "[The thesis](../project/thesis.md) has the statement for each measure.\n\n"
       "| fault | dead time, s | 95 % after, s | offset, L/min | PV swing | CO swing | period, s |\n"
       "|---|---|---|---|---|---|---|\n";
   std::string pictures;
@@ -195,9 +197,11 @@ std::string markdown(const std::vector<MeasuredLoop>& measured) {
         fmt::format("\n### {0}\n\n![{0}](pictures/gallery/{1}.svg)\n", exhibit.title, exhibit.file);
   }
   text +=
-      "\nDead time: until PV has moved by 2 % of the step. Offset: mean SP - PV of the last 600 s "
-      "of 900 s; swings\n(greatest less least) and period from the same time.\n\n"
-      "Figure 7.17, open loop, CO 2 V to 4 V and back with 0.7 V added while it falls:\n\n"
+      "\n- Dead time: until PV has moved by 2 % of the step.\n"
+      "- Offset: mean SP - PV of the last 600 s of 900 s.\n"
+      "- Swings (greatest minus least value) and period: from the same time.\n\n"
+      "Figure 7.17 of the thesis is an open loop: CO goes from 2 V to 4 V and back, with 0.7 V "
+      "added while it falls.\n\n"
       "| valve | PV up, L/min | PV down | down/up |\n|---|---|---|---|\n";
   effects::EffectSpec quick = effect_of("valve_characteristic", {});
   quick.options = {{"curve", "quick_opening"}};
@@ -221,10 +225,10 @@ std::string markdown(const std::vector<MeasuredLoop>& measured) {
   text += pictures;
   text +=
       "\n## Measured loops\n\n"
-      "Open records ([examples](../examples/README.md)), a stretch of each, with the observation "
-      "of an "
-      "engineer.\nThe verdict of `loopwarden diagnose` is for the whole record, without other "
-      "records and without the kind of the loop.\n";
+      "These are parts of open records ([examples](../../examples/README.md)). An engineer wrote "
+      "each observation (Seen).\n"
+      "The verdict of `loopwarden diagnose` is for the whole record, without other records and "
+      "without the type of the loop.\n";
   for (const MeasuredLoop& loop : measured) {
     text += fmt::format(
         "\n### {0}\n\n![{0}](pictures/gallery/{1}.svg)\n\nSeen: {2}\n\n`diagnose`: {3}\n",
@@ -259,7 +263,7 @@ std::string program_beside() {
 
 struct GalleryOptions {
   std::string out;
-  std::string data = "data";
+  std::string data = "examples";
   std::string program = program_beside();
   bool json = false;
 };
@@ -302,8 +306,8 @@ void add_gallery(CLI::App& app, int& exit_code) {
   sub->add_option("--program", options->program,
                   "path of loopwarden; default: in the folder of this program");
   workbench::add_json_flag(*sub, options->json);
-  sub->footer("Example: loopwarden-study gallery --out docs");
+  sub->footer("Example: loopwarden-study gallery --out docs/reference");
   sub->callback([options, &exit_code] { exit_code = run_gallery(*options); });
 }
 
-}  // namespace loopwarden::studies
+}  // namespace loopwarden::lab

@@ -20,7 +20,7 @@
 #include "record/record_csv.hpp"
 #include "workbench/report/chart.hpp"
 
-namespace loopwarden::studies {
+namespace loopwarden::lab {
 namespace {
 
 struct DrawnLoop {
@@ -54,7 +54,7 @@ constexpr std::array kDrawnLoops{
               "PV follows CO with the same slope in both directions. At each turn it stays "
               "constant until CO has moved back by 2 to 3 %: a dead band. PV does not jump; "
               "backlash looks the same."},
-    DrawnLoop{"routine/r22.csv", "B of routine, window r22", "not told", 2500.0, 5000.0,
+    DrawnLoop{"routine/r22.csv", "B of routine, window r22", "type unknown", 2500.0, 5000.0,
               "PV jumps by 10 to 15 between two levels while CO moves by 0.6 %; sharp corners. The "
               "valve sticks."},
     DrawnLoop{
@@ -69,7 +69,7 @@ constexpr std::array kDrawnLoops{
               "lists dead zone and tight tuning; only the tuning is visible."},
     DrawnLoop{"isdb/CHEM13.csv", "CHEM13", "analyser", 12000.0, 18000.0,
               "CO and PV are round and opposite, and PV over CO is a straight line: the controller "
-              "reacts to a load or a faulty analyser, and the valve follows."},
+              "reacts to a disturbance or a faulty analyser, and the valve follows."},
     DrawnLoop{
         "routine/r24.csv", "A of routine, window r24", "level", 3000.0, 7500.0,
         "Three steps of the set point. CO kicks, PV turns and overshoots, all smooth: a vessel "
@@ -100,7 +100,7 @@ std::string printed(const std::filesystem::path& program,
 // Returns the verdict, its reasons, and the advice to settle it.
 std::string said(const std::string& text) {
   std::string result = text.substr(0, text.find('\n'));
-  for (const std::string_view wanted : {"because: ", "what would settle it: "}) {
+  for (const std::string_view wanted : {"because: ", "next step to decide: "}) {
     const std::size_t at = text.find("\n" + std::string(wanted));
     if (at == std::string::npos) continue;
     const std::size_t end = text.find('\n', at + 1);
@@ -118,8 +118,9 @@ std::string picture_of(const DrawnLoop& drawn, const record::Record& r) {
   };
   const std::vector<double> time = cut(r.time_s);
   workbench::Chart pv{.title = "PV", .x_label = "s", .y_label = "PV", .height = 190.0};
-  if (r.has_sp) pv.lines.push_back({"SP", workbench::palette::kSetPoint, time, cut(r.sp), true});
-  pv.lines.push_back({r.has_sp ? "PV" : "", workbench::palette::kBlue, time, cut(r.pv)});
+  if (!r.sp.empty())
+    pv.lines.push_back({"SP", workbench::palette::kSetPoint, time, cut(r.sp), true});
+  pv.lines.push_back({!r.sp.empty() ? "PV" : "", workbench::palette::kBlue, time, cut(r.pv)});
   workbench::Chart co{.title = "CO", .x_label = "s", .y_label = "CO", .height = 190.0};
   co.lines = {{"", workbench::palette::kVermilion, time, cut(r.co)}};
   const double below = workbench::chart_height(pv);
@@ -154,4 +155,4 @@ std::vector<MeasuredLoop> measured_loops(const std::filesystem::path& data,
   return loops;
 }
 
-}  // namespace loopwarden::studies
+}  // namespace loopwarden::lab

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-namespace loopwarden::studies {
+namespace loopwarden::lab {
 
 struct MeasuredLoop {
   std::string file;     // of the picture, without its ending
@@ -22,4 +22,4 @@ struct MeasuredLoop {
 std::vector<MeasuredLoop> measured_loops(const std::filesystem::path& data,
                                          const std::filesystem::path& program);
 
-}  // namespace loopwarden::studies
+}  // namespace loopwarden::lab

@@ -7,7 +7,7 @@
 #include <charconv>
 #include <stdexcept>
 
-namespace loopwarden::studies::gap_study {
+namespace loopwarden::lab::gap_study {
 namespace {
 
 constexpr std::string_view kHeader =
@@ -220,4 +220,4 @@ std::string calibration_text(const Calibration& c) {
   return text;
 }
 
-}  // namespace loopwarden::studies::gap_study
+}  // namespace loopwarden::lab::gap_study

@@ -25,7 +25,7 @@
 
 #include "lab/gap_study/score.hpp"
 
-namespace loopwarden::studies::gap_study {
+namespace loopwarden::lab::gap_study {
 
 inline constexpr std::size_t kLeastGroup = 10;  // number of names
 
@@ -71,4 +71,4 @@ Calibration calibrate(const std::vector<GivenName>& names);
 std::string table_source(const NamesFile& names);
 std::string calibration_text(const Calibration& calibration);
 
-}  // namespace loopwarden::studies::gap_study
+}  // namespace loopwarden::lab::gap_study

@@ -25,7 +25,7 @@
 #include <utility>
 #include <vector>
 
-namespace loopwarden::studies::gap_study {
+namespace loopwarden::lab::gap_study {
 namespace {
 
 namespace fs = std::filesystem;
@@ -238,4 +238,4 @@ std::vector<ScoredCase> run_cases(const GapProgram& program, const std::vector<C
   return scored;
 }
 
-}  // namespace loopwarden::studies::gap_study
+}  // namespace loopwarden::lab::gap_study

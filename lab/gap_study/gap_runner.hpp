@@ -10,7 +10,7 @@
 
 #include "lab/gap_study/score.hpp"
 
-namespace loopwarden::studies::gap_study {
+namespace loopwarden::lab::gap_study {
 
 // A request to the generator of hidden cases.
 struct CaseOrder {
@@ -55,4 +55,4 @@ std::vector<ScoredCase> run_cases(const GapProgram& program, const std::vector<C
                                   const std::filesystem::path& out, unsigned jobs,
                                   const std::function<void(std::size_t)>& progress);
 
-}  // namespace loopwarden::studies::gap_study
+}  // namespace loopwarden::lab::gap_study

@@ -22,7 +22,7 @@
 #include "lab/gap_study/study_report.hpp"
 #include "lab/program/studies.hpp"
 
-namespace loopwarden::studies {
+namespace loopwarden::lab {
 namespace {
 
 namespace cases = gap_study;
@@ -346,4 +346,4 @@ void add_gap(CLI::App& app, int& exit_code) {
   sub->callback([options, &exit_code] { exit_code = run_study(*options); });
 }
 
-}  // namespace loopwarden::studies
+}  // namespace loopwarden::lab

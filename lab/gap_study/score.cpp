@@ -9,7 +9,7 @@
 #include <set>
 #include <stdexcept>
 
-namespace loopwarden::studies::gap_study {
+namespace loopwarden::lab::gap_study {
 namespace {
 
 using nlohmann::json;
@@ -223,4 +223,4 @@ double quantile(std::vector<double> values, double part) {
   return (1.0 - share) * values[below] + share * values[above];
 }
 
-}  // namespace loopwarden::studies::gap_study
+}  // namespace loopwarden::lab::gap_study

@@ -13,7 +13,7 @@
 #include "lab/program/share.hpp"
 
 // Compares the answers of `loopwarden gap` with the truth.
-namespace loopwarden::studies::gap_study {
+namespace loopwarden::lab::gap_study {
 
 enum class Kind { kSingle, kNone, kPair, kOutside };
 
@@ -114,4 +114,4 @@ std::string label_of(const Answer& answer);
 // std::invalid_argument if empty.
 double quantile(std::vector<double> values, double part);
 
-}  // namespace loopwarden::studies::gap_study
+}  // namespace loopwarden::lab::gap_study

@@ -11,7 +11,7 @@
 #include <optional>
 #include <string_view>
 
-namespace loopwarden::studies::gap_study {
+namespace loopwarden::lab::gap_study {
 namespace {
 
 using nlohmann::json;
@@ -245,4 +245,4 @@ std::string study_json(const std::vector<StudyPart>& parts) {
   return root.dump(1) + "\n";
 }
 
-}  // namespace loopwarden::studies::gap_study
+}  // namespace loopwarden::lab::gap_study

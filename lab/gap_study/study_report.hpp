@@ -6,7 +6,7 @@
 
 #include "lab/gap_study/score.hpp"
 
-namespace loopwarden::studies::gap_study {
+namespace loopwarden::lab::gap_study {
 
 // One column of the table.
 struct StudyPart {
@@ -30,4 +30,4 @@ std::string list_text(const StudyPart& part);
 
 std::string study_json(const std::vector<StudyPart>& parts);
 
-}  // namespace loopwarden::studies::gap_study
+}  // namespace loopwarden::lab::gap_study

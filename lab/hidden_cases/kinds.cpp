@@ -19,8 +19,8 @@ Kind parse_kind(std::string_view word) {
   if (word == "later") return Kind::kLater;
   if (word == "healthy") return Kind::kHealthy;
   throw std::invalid_argument(
-      fmt::format("'{}' is no kind of case: single, none, pair, outside, onset, controller, "
-                  "further, later, healthy",
+      fmt::format("unknown kind of case '{}'. Use single, none, pair, outside, onset, controller, "
+                  "further, later or healthy",
                   word));
 }
 

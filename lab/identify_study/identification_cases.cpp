@@ -10,7 +10,7 @@
 #include "model/effects/stiction/stiction_choudhury.hpp"
 #include "model/numeric/enum_name.hpp"
 
-namespace loopwarden::studies {
+namespace loopwarden::lab {
 namespace {
 
 constexpr double kCaseSpan = 100.0;
@@ -140,4 +140,4 @@ IdentificationCase draw_case(CaseKind kind, std::uint64_t seed) {
   return out;
 }
 
-}  // namespace loopwarden::studies
+}  // namespace loopwarden::lab

@@ -14,7 +14,7 @@
 
 #include "model/plant/process.hpp"
 
-namespace loopwarden::studies {
+namespace loopwarden::lab {
 
 enum class CaseKind : std::uint8_t {
   open_steps,        // CO stepped by an operator
@@ -45,4 +45,4 @@ struct IdentificationCase {
 
 IdentificationCase draw_case(CaseKind kind, std::uint64_t seed);
 
-}  // namespace loopwarden::studies
+}  // namespace loopwarden::lab

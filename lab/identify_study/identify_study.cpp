@@ -19,7 +19,7 @@
 #include "lab/identify_study/identification_cases.hpp"
 #include "lab/program/studies.hpp"
 
-namespace loopwarden::studies {
+namespace loopwarden::lab {
 namespace {
 
 struct IdentifyStudyOptions {
@@ -50,7 +50,7 @@ IdentifyCase identify_case(CaseKind kind, std::uint64_t seed) {
   const IdentificationCase one = draw_case(kind, seed);
   const auto begin = std::chrono::steady_clock::now();
   const analysis::Identification found =
-      analysis::identify({.co = one.co, .pv = one.pv, .sp = one.sp, .sample_time_s = one.period_s});
+      analysis::identify({.period_s = one.period_s, .pv = one.pv, .sp = one.sp, .co = one.co});
   IdentifyCase r;
   r.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   r.closed = found.closed_loop;
@@ -200,4 +200,4 @@ void add_identify(CLI::App& app, int& exit_code) {
   sub->callback([options, &exit_code] { exit_code = run_identify_study(*options); });
 }
 
-}  // namespace loopwarden::studies
+}  // namespace loopwarden::lab

@@ -9,7 +9,7 @@
 #include "model/numeric/statistics.hpp"
 #include "model/plant/simulated_loop.hpp"
 
-namespace loopwarden::studies {
+namespace loopwarden::lab {
 namespace {
 
 using effects::EffectSpec;
@@ -234,4 +234,4 @@ double misfit(const Plant1Record& record, std::span<const double> simulated) {
 
 double fit_percent(double misfit) { return 100.0 * (1.0 - std::sqrt(misfit)); }
 
-}  // namespace loopwarden::studies
+}  // namespace loopwarden::lab

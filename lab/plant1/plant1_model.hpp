@@ -12,7 +12,7 @@
 #include "model/plant/loop_model.hpp"
 #include "lab/plant1/shared_fit.hpp"
 
-namespace loopwarden::studies {
+namespace loopwarden::lab {
 
 inline constexpr double kPlant1PeriodS = 0.1;  // of its records
 
@@ -59,4 +59,4 @@ std::vector<double> plant1_run(const plant::LoopModel& model, std::size_t sample
 double misfit(const Plant1Record& record, std::span<const double> simulated);
 double fit_percent(double misfit);
 
-}  // namespace loopwarden::studies
+}  // namespace loopwarden::lab

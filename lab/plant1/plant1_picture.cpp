@@ -9,7 +9,7 @@
 #include "lab/plant1/plant1_study.hpp"
 #include "workbench/report/chart.hpp"
 
-namespace loopwarden::studies {
+namespace loopwarden::lab {
 
 std::string plant1_picture(const Plant1Outcome& row) {
   namespace palette = workbench::palette;
@@ -42,4 +42,4 @@ std::string plant1_picture(const Plant1Outcome& row) {
                                 1);
 }
 
-}  // namespace loopwarden::studies
+}  // namespace loopwarden::lab

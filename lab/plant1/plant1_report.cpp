@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// loopwarden-study plant1: writes the table and the pictures of docs/plant1.md.
+// loopwarden-study plant1: writes the table and the pictures of lab/results/plant1.md.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -19,7 +19,7 @@
 #include "workbench/command_line/progress.hpp"
 #include "lab/program/studies.hpp"
 
-namespace loopwarden::studies {
+namespace loopwarden::lab {
 namespace {
 
 struct Plant1Options {
@@ -49,7 +49,7 @@ std::vector<Plant1Record> read_records(const std::filesystem::path& folder) {
     const auto refuse = [&](const char* why) {
       throw RecordError(RecordError::Kind::data, 0, 0, path.string() + ": " + why);
     };
-    if (record.missing_pv > 0) refuse("samples of pv are missing");
+    if (numeric::missing(record.pv) > 0) refuse("samples of pv are missing");
     if (record.size() < kFewestSamples) refuse("fewer than 100 samples");
     if (std::abs(record.period_s - kPlant1PeriodS) > 1e-3) refuse("the period is not 0.1 s");
     records.push_back(plant1_record(name, condition, std::move(record.pv)));
@@ -187,4 +187,4 @@ void add_plant1(CLI::App& app, int& exit_code) {
   sub->callback([options, &exit_code] { exit_code = run_plant1_study(*options); });
 }
 
-}  // namespace loopwarden::studies
+}  // namespace loopwarden::lab

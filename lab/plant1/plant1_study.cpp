@@ -11,7 +11,7 @@
 #include "base/parallel.hpp"
 #include "lab/plant1/shared_fit.hpp"
 
-namespace loopwarden::studies {
+namespace loopwarden::lab {
 namespace {
 
 // Effect of each condition in the joint fit, as it was made in the experiment.
@@ -172,4 +172,4 @@ Plant1Study study_plant1_records(const std::vector<Plant1Record>& records, const
   return study;
 }
 
-}  // namespace loopwarden::studies
+}  // namespace loopwarden::lab

@@ -15,7 +15,7 @@
 
 #include "lab/plant1/plant1_model.hpp"
 
-namespace loopwarden::studies {
+namespace loopwarden::lab {
 
 struct Plant1Work {
   std::uint64_t seed = 1;
@@ -63,4 +63,4 @@ Plant1Study study_plant1_records(const std::vector<Plant1Record>& records, const
 // Returns a picture of measured, published and corrected PV with the residual below.
 std::string plant1_picture(const Plant1Outcome& row);
 
-}  // namespace loopwarden::studies
+}  // namespace loopwarden::lab

@@ -7,7 +7,7 @@
 #include "model/numeric/random.hpp"
 #include "base/parallel.hpp"
 
-namespace loopwarden::studies {
+namespace loopwarden::lab {
 namespace {
 
 using numeric::Random;
@@ -162,4 +162,4 @@ SharedFit fit_shared(const SharedFitProblem& problem, const SharedFitWork& work,
   return winners[best_of(winners)];
 }
 
-}  // namespace loopwarden::studies
+}  // namespace loopwarden::lab

@@ -19,7 +19,7 @@
 #include <string>
 #include <vector>
 
-namespace loopwarden::studies {
+namespace loopwarden::lab {
 
 struct FitBound {
   std::string name;
@@ -58,4 +58,4 @@ struct SharedFitWork {
 SharedFit fit_shared(const SharedFitProblem& problem, const SharedFitWork& work,
                      const SharedFit* start = nullptr);
 
-}  // namespace loopwarden::studies
+}  // namespace loopwarden::lab

@@ -22,7 +22,7 @@
 #include "workbench/files/command_error.hpp"
 #include "workbench/files/output_files.hpp"
 
-namespace loopwarden::studies {
+namespace loopwarden::lab {
 namespace {
 
 namespace fs = std::filesystem;
@@ -153,4 +153,4 @@ void add_plant(CLI::App& app, int& exit_code) {
   });
 }
 
-}  // namespace loopwarden::studies
+}  // namespace loopwarden::lab

@@ -10,7 +10,7 @@
 #include "model/numeric/statistics.hpp"
 #include "model/plant/simulated_loop.hpp"
 
-namespace loopwarden::studies {
+namespace loopwarden::lab {
 namespace {
 
 constexpr double kDay_s = 86400.0;
@@ -120,4 +120,4 @@ std::vector<SimulatedTag> simulate_unit(const PlantSettings& settings, std::size
   return tags;
 }
 
-}  // namespace loopwarden::studies
+}  // namespace loopwarden::lab

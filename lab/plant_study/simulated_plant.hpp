@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-namespace loopwarden::studies {
+namespace loopwarden::lab {
 
 struct SimulatedTag {
   std::string tag;
@@ -32,4 +32,4 @@ struct PlantSettings {
 // Returns unit `unit`, from 0: its loops over all days.
 std::vector<SimulatedTag> simulate_unit(const PlantSettings& settings, std::size_t unit);
 
-}  // namespace loopwarden::studies
+}  // namespace loopwarden::lab

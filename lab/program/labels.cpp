@@ -9,7 +9,7 @@
 
 #include "record/record_csv.hpp"
 
-namespace loopwarden::studies {
+namespace loopwarden::lab {
 namespace {
 
 std::string letters_of(const std::string& name) {
@@ -70,4 +70,4 @@ std::vector<Label> read_labels(const std::filesystem::path& path) {
   return labels;
 }
 
-}  // namespace loopwarden::studies
+}  // namespace loopwarden::lab

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-namespace loopwarden::studies {
+namespace loopwarden::lab {
 
 struct Label {
   std::string file;
@@ -20,4 +20,4 @@ struct Label {
 // Throws record::RecordError.
 std::vector<Label> read_labels(const std::filesystem::path& path);
 
-}  // namespace loopwarden::studies
+}  // namespace loopwarden::lab

@@ -6,7 +6,7 @@
 #include "lab/program/studies.hpp"
 #include "workbench/command_line/program.hpp"
 
-namespace loopwarden::studies {
+namespace loopwarden::lab {
 namespace {
 
 int run(int argc, char** argv) {
@@ -31,9 +31,9 @@ int run(int argc, char** argv) {
 }
 
 }  // namespace
-}  // namespace loopwarden::studies
+}  // namespace loopwarden::lab
 
 int main(int argc, char** argv) {
   loopwarden::base::StandardStreams streams;
-  return streams.finish(loopwarden::studies::run(argc, argv));
+  return streams.finish(loopwarden::lab::run(argc, argv));
 }

@@ -7,7 +7,7 @@
 
 #include "model/numeric/statistics.hpp"
 
-namespace loopwarden::studies {
+namespace loopwarden::lab {
 
 void Share::count(bool hit) {
   ++of;
@@ -29,4 +29,4 @@ std::string Share::text() const {
   return fmt::format("{:.1f} % ({:.1f} to {:.1f}) of {}", percent(), low, high, of);
 }
 
-}  // namespace loopwarden::studies
+}  // namespace loopwarden::lab

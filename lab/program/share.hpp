@@ -5,7 +5,7 @@
 #include <string>
 #include <utility>
 
-namespace loopwarden::studies {
+namespace loopwarden::lab {
 
 // A share, `hits` of `of`, with its 95 % interval, in percent.
 struct Share {
@@ -19,4 +19,4 @@ struct Share {
   std::string text() const;
 };
 
-}  // namespace loopwarden::studies
+}  // namespace loopwarden::lab

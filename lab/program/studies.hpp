@@ -7,7 +7,7 @@
 
 #include "base/exit_code.hpp"
 
-namespace loopwarden::studies {
+namespace loopwarden::lab {
 
 void add_alarm(CLI::App& app, int& exit_code);
 void add_compare(CLI::App& app, int& exit_code);
@@ -20,4 +20,4 @@ void add_plant(CLI::App& app, int& exit_code);
 void add_plant1(CLI::App& app, int& exit_code);
 void add_specialist(CLI::App& app, int& exit_code);
 
-}  // namespace loopwarden::studies
+}  // namespace loopwarden::lab

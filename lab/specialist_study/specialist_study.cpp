@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// loopwarden-study specialist: prints the figures that docs/specialists.md states.
+// loopwarden-study specialist: prints the tables of lab/results/specialists.md.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -26,7 +26,7 @@
 #include "workbench/training/specialist_training.hpp"
 #include "lab/program/studies.hpp"
 
-namespace loopwarden::studies {
+namespace loopwarden::lab {
 namespace {
 
 namespace fs = std::filesystem;
@@ -260,7 +260,7 @@ void Study::fresh_signatures() {
         const specialist::Signature s = specialist::simulate_signature(
             p.model, condition, seed(2, 100000 * static_cast<std::uint64_t>(condition) + k));
         if (explaining) {
-          ++tally[static_cast<std::size_t>(judge.judge({s.pv, s.co}).verdict)];
+          ++tally[static_cast<std::size_t>(judge.judge({.pv = s.pv, .co = s.co}).verdict)];
         } else if (const auto best = ensemble.verdict(s.pv)) {
           ++tally[static_cast<std::size_t>(p.specialists.signatures[*best].condition)];
         }
@@ -376,7 +376,7 @@ void Study::windows_anywhere() {
           const auto pv = std::span(run.pv).subspan(from, kWindowSamples);
           const auto co = std::span(run.co).subspan(from, kWindowSamples);
           if (explaining) {
-            ++tallies[r][static_cast<std::size_t>(judge.judge({pv, co}).verdict)];
+            ++tallies[r][static_cast<std::size_t>(judge.judge({.pv = pv, .co = co}).verdict)];
           } else if (const auto best = ensemble.verdict(pv)) {
             ++tallies[r][static_cast<std::size_t>(p.specialists.signatures[*best].condition)];
           }
@@ -424,8 +424,8 @@ void Study::loop_year() {
     alarm::VerdictRule rule;
     std::array<bool, alarm::kValveAlarmCount> on{};
     for (std::size_t k = 0; k + kWindowSamples <= samples; k += kWindowSamples) {
-      const auto verdict = judge.judge({std::span(run.pv).subspan(k, kWindowSamples),
-                                        std::span(run.co).subspan(k, kWindowSamples)});
+      const auto verdict = judge.judge({.pv = std::span(run.pv).subspan(k, kWindowSamples),
+                                        .co = std::span(run.co).subspan(k, kWindowSamples)});
       ++tallies[day][static_cast<std::size_t>(verdict.verdict)];
       const auto& conditions = rule.add(watch::judgement_of(verdict));
       for (std::size_t a = 0; a < on.size(); ++a) {
@@ -591,7 +591,7 @@ bool Study::real_signatures() {
     }
     const std::size_t best = ensemble.verdict(pv).value_or(0);
     const Condition faithful = p.specialists.signatures[best].condition;
-    const specialist::WindowVerdict v = judge.judge({pv, co});
+    const specialist::WindowVerdict v = judge.judge({.pv = pv, .co = co});
     const bool good =
         static_cast<std::size_t>(v.verdict) == static_cast<std::size_t>(real.condition);
     right_signature += faithful == real.condition ? 1U : 0U;
@@ -634,7 +634,8 @@ int run_study(const StudyOptions& options) {
 
 void add_specialist(CLI::App& app, int& exit_code) {
   const auto o = std::make_shared<StudyOptions>();
-  CLI::App* sub = app.add_subcommand("specialist", "Print the figures of docs/specialists.md");
+  CLI::App* sub =
+      app.add_subcommand("specialist", "Print the tables of lab/results/specialists.md");
   sub->add_option("parts", o->parts, "tables to print; default: all")
       ->check(CLI::IsMember(
           {"table", "fresh", "sweep", "anywhere", "unknown", "year", "transfer", "real"}));
@@ -651,4 +652,4 @@ void add_specialist(CLI::App& app, int& exit_code) {
   sub->callback([o, &exit_code] { exit_code = run_study(*o); });
 }
 
-}  // namespace loopwarden::studies
+}  // namespace loopwarden::lab

@@ -59,7 +59,7 @@ constexpr const char* to_text(AlarmState state) noexcept {
 
 struct AlarmSettings {
   bool latching = false;
-  std::int64_t shelve_limit_ms = 8LL * 3600 * 1000;  // longest time on the shelf
+  std::int64_t shelve_limit_ms = 8LL * 3600 * 1000;  // longest duration of the shelving
 
   friend bool operator==(const AlarmSettings&, const AlarmSettings&) = default;
 };

@@ -5,6 +5,8 @@
 #include <map>
 #include <utility>
 
+#include "model/alarm/limits.hpp"
+
 namespace loopwarden::alarm {
 namespace {
 
@@ -15,7 +17,7 @@ std::size_t densest(const std::vector<std::int64_t>& times) {
   std::size_t most = 0;
   std::size_t first = 0;
   for (std::size_t i = 0; i < times.size(); ++i) {
-    while (times[i] - times[first] > kChatter_ms) ++first;
+    while (times[i] - times[first] > Limits::kChatter_ms) ++first;
     most = std::max(most, i - first + 1);
   }
   return most;
@@ -30,19 +32,21 @@ void count_stretches(const Times& all, std::int64_t from_ms, std::int64_t to_ms,
                      AlarmFigures& figures) {
   std::map<std::int64_t, std::size_t> stretches;
   for (const auto& [name, times] : all) {
-    for (const std::int64_t ms : times) ++stretches[ms / kStretch_ms];
+    for (const std::int64_t ms : times) ++stretches[ms / Limits::kStretch_ms];
   }
   std::int64_t in_flood = 0;
   bool flood = false;
-  for (std::int64_t at = from_ms / kStretch_ms; at <= (to_ms - 1) / kStretch_ms; ++at) {
+  for (std::int64_t at = from_ms / Limits::kStretch_ms; at <= (to_ms - 1) / Limits::kStretch_ms;
+       ++at) {
     const auto found = stretches.find(at);
     const std::size_t count = found == stretches.end() ? 0 : found->second;
     figures.most_in_stretch = std::max(figures.most_in_stretch, count);
-    if (!flood && count > kFloodBegins) ++figures.floods;
-    flood = count > kFloodBegins || (flood && count >= kFloodEnds);
+    if (!flood && count > Limits::kFloodBegins) ++figures.floods;
+    flood = count > Limits::kFloodBegins || (flood && count >= Limits::kFloodEnds);
     // The first and the last interval may be only partly within the requested time.
     if (flood) {
-      in_flood += std::min((at + 1) * kStretch_ms, to_ms) - std::max(at * kStretch_ms, from_ms);
+      in_flood += std::min((at + 1) * Limits::kStretch_ms, to_ms) -
+                  std::max(at * Limits::kStretch_ms, from_ms);
     }
   }
   figures.flood_percent =
@@ -70,12 +74,12 @@ AlarmFigures figures_of(std::span<const AlarmCame> came, std::int64_t from_ms, s
     };
     figures.top.push_back({name.first, name.second, times.size(), percent(times.size())});
     const std::size_t most = densest(times);
-    if (most >= kChatters) {
+    if (most >= Limits::kChatters) {
       figures.chattering.push_back({name.first, name.second, most, percent(times.size())});
     }
   }
   most_first(figures.top);
-  if (figures.top.size() > kTop) figures.top.resize(kTop);
+  if (figures.top.size() > Limits::kTop) figures.top.resize(Limits::kTop);
   most_first(figures.chattering);
   count_stretches(all, from_ms, to_ms, figures);
   return figures;

@@ -28,14 +28,6 @@
 
 namespace loopwarden::alarm {
 
-inline constexpr std::int64_t kStretch_ms = 600'000;
-inline constexpr std::size_t kFloodBegins = 10;
-inline constexpr std::size_t kFloodEnds = 5;
-inline constexpr std::size_t kChatters = 3;
-inline constexpr std::int64_t kChatter_ms = 60'000;
-inline constexpr std::int64_t kStale_ms = 24LL * 3'600'000;
-inline constexpr std::size_t kTop = 10;
-
 struct AlarmCame {
   std::int64_t utc_ms = 0;
   std::string source{};  // the loop's tag, or another owner of the alarm

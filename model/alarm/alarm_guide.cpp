@@ -11,86 +11,97 @@ constexpr std::array<AlarmGuide, kAlarmKindCount> kGuides{{
     // stiction
     {"The stem sticks and jumps: packing too tight, deposits, a worn seat",
      "The loop cycles around its set point and wears the valve",
-     "Plan the valve's repair. Until then reduce the cycling with planned moves or a slower "
-     "controller",
-     "weeks: with the next planned work"},
+     "Plan the repair of the valve. Until then, planned moves can reduce the cycling, if the loop "
+     "file has them",
+     "weeks (next planned work)"},
     // backlash
     {"Backlash between stem and plug or in the linkage",
-     "The valve answers late after each reversal. The loop may cycle slowly",
-     "Have linkage and stem connection checked at the next stop",
-     "weeks: with the next planned work"},
+     "The valve responds late after each reversal. The loop may cycle slowly",
+     "Check the linkage and the stem connection at the next stop", "weeks (next planned work)"},
     // hysteresis
-    {"Friction or a worn diaphragm: the valve's position depends on the direction of travel",
+    {"Friction or a worn diaphragm: the valve position depends on the direction of travel",
      "The flow differs with the direction of travel",
      "Check packing, diaphragm and positioner calibration at the next stop",
-     "weeks: with the next planned work"},
+     "weeks (next planned work)"},
     // low_air_supply
     {"The actuator gets too little air: regulator, filter, leak, compressor",
      "The valve moves slowly and does not reach its full travel",
-     "Check the supply pressure at the valve now. This alarm suppresses the valve's other alarms",
-     "an hour"},
+     "Check the supply pressure at the valve now. This alarm suppresses the other alarms of the "
+     "valve",
+     "1 hour"},
     // unknown
-    {"The valve answers neither like a healthy one nor like any fault in the catalogue",
-     "The loop's quality is not assured",
-     "Look at the trend. Compare with `loopwarden gap` or `loopwarden diagnose`", "a day"},
+    {"Valve fault of unknown type: the response differs from a healthy valve and matches no known "
+     "fault",
+     "The quality of control is uncertain",
+     "Check the trend of the loop. Run `loopwarden diagnose` or `loopwarden gap` on its record",
+     "1 day"},
     // model_gap
-    {"The loop no longer behaves as when it was commissioned: valve, process, transmitter or load",
-     "Its tuning may not fit any more, and the specialists were trained for another loop",
-     "Find the change before you tune the loop again. The explanation by the twin names it. "
-     "Without an explanation, check valve, transmitter and load",
-     "a day"},
+    {"The loop differs from its commissioned state: valve, process, transmitter or disturbance",
+     "The tuning may no longer fit, and valve alarms may be wrong",
+     "Find the cause before you tune the loop again. See the explanation by the twin. Without an "
+     "explanation, check valve, transmitter and disturbances",
+     "1 day"},
     // bad_pv
     {"PV can't be used: its transmitter, its wiring or the link to it has failed. The journal has "
      "the reason",
-     "The loop can't control. The output takes the action of `safe_actions.bad_pv`; with a frozen "
-     "PV only if the file has `frozen_after`",
+     "In automatic the loop can't control, and the output takes the action of "
+     "`safe_actions.bad_pv`. With a frozen PV it does so only if the file has `frozen_after`",
      "Watch the process by another measurement. Check transmitter, wiring and link",
-     "minutes: PV is not controlled"},
+     "minutes (PV is not controlled)"},
     // output_lost
     {"Commands don't reach the valve: the device, its power or the link to it has failed",
-     "The valve is not controlled. The device's own watchdog may have moved it",
-     "Look at the valve. Check the device, its power and the link", "at once"},
+     "The valve is not controlled. The watchdog of the device may have moved it",
+     "Check the valve in the plant. Check the device, its power and the link", "1 minute"},
     // output_unknown
-    {"The position of the output is unknown: there is no read-back, or it is bad",
+    {"The position of the output is unknown: no read-back is configured, or the read-back is bad",
      "The loop does not write to the valve, whatever its mode",
-     "Set the output manually (`loopwarden set --mode man --output`), or repair the read-back",
-     "minutes: PV is not controlled"},
+     "Check the position of the valve in the plant. Repair the read-back, or set the output in "
+     "manual: the valve moves to this value at once",
+     "minutes (PV is not controlled)"},
     // not_normal_mode
     {"An operator, a master or a fault has taken the loop out of its normal mode",
-     "In manual or fallback the valve keeps its position, and PV is not controlled",
-     "Find the reason. Return the loop to its normal mode when it is safe", "the shift"},
+     "In manual the output stays, and PV is not controlled. In fallback the output holds, or moves "
+     "to the value in `safe_actions`",
+     "Find the reason. Return the loop to its normal mode when it is safe", "this shift"},
     // enable_open
     {"The enable contact of the loop is open: a switch, an interlock, or its wiring",
      "The loop does not control. The output takes the action of `safe_actions.enable_open`",
-     "Find out who opened it and why before it is closed again", "minutes: PV is not controlled"},
+     "Find out who opened it and why. Close it only after that", "minutes (PV is not controlled)"},
     // source_lost
-    {"The source of this watched loop's values is silent: feeder, link or the other controller",
+    {"The source of this watched loop sends no values: feeder, link or the other controller",
      "The state of the loop is unknown here. The other controller continues by itself",
-     "Look at the other controller's own display. Check feeder, link and network", "an hour"},
+     "Check the display of the other controller. Check feeder, link and network", "1 hour"},
     // deviation
-    {"PV stays off its set point: a load beyond the valve's range, a valve that does not move, "
-     "tuning",
+    {"PV stays off its set point: a disturbance beyond the range of the valve, a valve that does "
+     "not move, or the tuning",
      "The product is off its target",
-     "Look at PV, CO and valve. With the valve at a limit the load is too large. Otherwise check "
+     "Check PV, CO and valve. If the valve is at a limit, reduce the disturbance. Otherwise check "
      "the valve and the tuning",
-     "ten minutes"},
+     "10 minutes"},
     // pv_high_high
     {"PV is far above the limit of the process",
-     "The plant's own protection trips, or damage follows", "Lower PV manually now", "at once"},
+     "The plant's protection may trip, or equipment may be damaged",
+     "Lower PV now, in manual at the controller of the loop. For a watched loop this is the DCS or "
+     "PLC",
+     "1 minute"},
     // pv_high
     {"PV is above its normal range", "PV approaches the high-high limit",
-     "Check the set point and the causes of a high PV. Reduce the load", "ten minutes"},
+     "Check the set point and the disturbances that raise PV. Remove the cause", "10 minutes"},
     // pv_low
     {"PV is below its normal range", "PV approaches the low-low limit",
-     "Check the set point and the causes of a low PV. Check for a loss of supply", "ten minutes"},
+     "Check the set point and the disturbances that lower PV. Check for a loss of supply",
+     "10 minutes"},
     // pv_low_low
     {"PV is far below the limit of the process",
-     "The plant's own protection trips, or damage follows", "Raise PV manually now", "at once"},
+     "The plant's protection may trip, or equipment may be damaged",
+     "Raise PV now, in manual at the controller of the loop. For a watched loop this is the DCS or "
+     "PLC",
+     "1 minute"},
     // rate_of_change
-    {"PV changes faster than the process does by itself: a rupture, a blockage, a failing "
-     "transmitter",
-     "The loop may not follow, and PV passes its limits soon",
-     "Compare with a second measurement. Take the loop to manual if the transmitter has failed",
+    {"PV changes faster than the process can: a rupture, a blockage, a failing transmitter",
+     "The loop may not follow, and PV may soon pass its limits",
+     "Compare PV with a second measurement. If the transmitter has failed, change the loop to "
+     "manual",
      "minutes"},
 }};
 

@@ -10,32 +10,32 @@ AlarmGuide guide_of(BoxAlarm kind) noexcept {
           "Records, evidence or other files have filled the disk of the state directory, or the "
           "disk is faulty",
           "Recording has stopped, and a restart may lose alarms",
-          "Free space on the disk, or replace a disk that does not answer. Look at `journal.error` "
-          "in the status",
-          "an hour"};
+          "Free space on the disk, or replace a disk that does not answer. See `journal.error` in "
+          "the status",
+          "1 hour"};
     case BoxAlarm::clock_stepped:
-      return {"A person or a time service has set the clock by more than a second",
+      return {"A person or a time service has set the clock by more than 1 s",
               "Times in records and journal jump. The loops continue, because they use a separate "
               "clock",
-              "Check the box's time service. Allow for the jump when you read records",
-              "the shift"};
+              "Check the time service of the box. Allow for the jump when you read records",
+              "this shift"};
     case BoxAlarm::feeder_lost:
-      return {"The program that brings values of watched loops has stopped or can't connect",
+      return {"The program that sends values of watched loops has stopped or can't connect",
               "The state of these loops is unknown",
-              "Look at the feeder's service and log. Start it", "an hour"};
+              "Check the service of the feeder and its log. Start it", "1 hour"};
     case BoxAlarm::service_failed:
-      return {"A service of the box (page, edge, notify, feed) has died and does not start again",
-              "Its work is not done: alarms may reach no operator",
-              "Run `systemctl status` for the named service. Start it", "an hour"};
+      return {"A service of the box (page, edge, notify, feed) has failed and does not restart",
+              "Alarms may not reach the operator",
+              "Run `systemctl status` for the named service. Start it", "1 hour"};
     case BoxAlarm::certificate_expires:
-      return {"A certificate ends within 14 days",
-              "Browsers and servers refuse the box from then on", "Renew the named certificate",
-              "a week"};
+      return {"A certificate expires within 14 days",
+              "After that, browsers and servers refuse the box", "Renew the named certificate",
+              "1 week"};
     case BoxAlarm::records_dropped: break;
   }
   return {"The disk is too slow for the records, or the box is too busy",
           "Cycles are missing in records or windows. Windows start again",
-          "Check what else uses the disk. Record fewer loops", "a day"};
+          "Check what else uses the disk. Record fewer loops", "1 day"};
 }
 
 BoxAlarms::BoxAlarms(const AlarmSettings& settings) noexcept {
@@ -63,7 +63,7 @@ bool BoxAlarms::found(const BoxFindings& findings, std::int64_t monotonic_ms,
       continue;
     }
     if (!condition.other_since_ms) condition.other_since_ms = monotonic_ms;
-    const std::int64_t delay_ms = *now ? on_delay_ms(kind) : kBoxOffDelay_ms;
+    const std::int64_t delay_ms = *now ? on_delay_ms(kind) : Limits::kOffDelay_ms;
     if (monotonic_ms - *condition.other_since_ms < delay_ms) continue;
     condition = {*now, std::nullopt};
     *now ? alarm.condition_on(utc_ms, 0.0) : alarm.condition_off(utc_ms);

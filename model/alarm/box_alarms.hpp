@@ -11,7 +11,7 @@
 //                        windows
 //
 // A condition is raised after it was found without a break for its on-delay. It clears after it was
-// absent for kBoxOffDelay_ms. A finding without a value leaves the condition as it is and restarts
+// absent for kOffDelay_ms. A finding without a value leaves the condition as it is and restarts
 // the delay.
 //
 // Errors: an action that doesn't fit the state is refused and leaves the state as it is.
@@ -28,6 +28,7 @@
 #include "model/alarm/alarm.hpp"
 #include "model/alarm/alarm_guide.hpp"
 #include "model/alarm/alarm_kind.hpp"
+#include "model/alarm/limits.hpp"
 #include "model/numeric/enum_name.hpp"
 
 namespace loopwarden::alarm {
@@ -60,10 +61,11 @@ constexpr Priority usual_priority(BoxAlarm kind) noexcept {
 }
 AlarmGuide guide_of(BoxAlarm kind) noexcept;
 
-inline constexpr std::int64_t kBoxOffDelay_ms = 60'000;
 // Returns the on-delay. A service that restarts by itself has time to do so.
 constexpr std::int64_t on_delay_ms(BoxAlarm kind) noexcept {
-  return kind == BoxAlarm::feeder_lost || kind == BoxAlarm::service_failed ? 30'000 : 0;
+  return kind == BoxAlarm::feeder_lost || kind == BoxAlarm::service_failed
+             ? Limits::kServiceRestart_ms
+             : 0;
 }
 
 // The findings of one look at the box; an empty value if the state is not known.

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "model/alarm/limits.hpp"
 #include "model/numeric/root_sum_square.hpp"
 
 namespace loopwarden::alarm {
@@ -13,9 +14,7 @@ namespace {
 using Order = CorrectiveStep::Order;
 using State = CorrectiveState;
 
-constexpr double kStandsStill = 0.1;  // % of the PV span that SP may move in a steady window
-
-static_assert(kBaseline <= kTrial);
+static_assert(Limits::kBaseline <= Limits::kTrial);
 
 }  // namespace
 
@@ -25,7 +24,7 @@ CorrectiveAction::CorrectiveAction(const CorrectiveSettings& settings) noexcept
 CorrectiveAction::Errors CorrectiveAction::newest_mean(std::size_t windows) const noexcept {
   Errors sum;
   for (std::size_t i = 1; i <= windows; ++i) {
-    const Errors& e = newest_[(steady_ - i) % kTrial];
+    const Errors& e = newest_[(steady_ - i) % Limits::kTrial];
     sum.rms += e.rms;
     sum.mean += e.mean;
   }
@@ -71,7 +70,7 @@ CorrectiveStep CorrectiveAction::explained_otherwise() noexcept {
   if (!planned() || acting()) return {};
   due_ = ordered_ = false;
   if (state_ != State::offered && state_ != State::in_shadow) return {};
-  return go(State::waiting, "the newest explanation is no stiction with valid s and j");
+  return go(State::waiting, "the newest explanation is not stiction with valid s and j");
 }
 
 CorrectiveStep CorrectiveAction::ordered() noexcept {
@@ -84,14 +83,14 @@ CorrectiveStep CorrectiveAction::moves(const control::MovesState& state, double 
   using control::DisengageReason;
   if (state_ == State::in_shadow && state.shadow) {
     shadow_s_ += passed_s;
-    return shadow_s_ < kShadow_s ? CorrectiveStep{} : shadowed(state);
+    return shadow_s_ < Limits::kShadow_s ? CorrectiveStep{} : shadowed(state);
   }
   if (!calms() || state.shadow || state.phase != control::MovePhase::disengaged) return {};
   if (state.reason == DisengageReason::valve_follows) {
     due_ = ordered_ = false;
     return go(State::waiting, "the stem follows a probe: the valve does not stick");
   }
-  if (state.latched || ++disengaged_ >= kMostDisengaged)
+  if (state.latched || ++disengaged_ >= Limits::kMostDisengaged)
     return go(State::given_up, to_text(state.reason));
   due_ = true;  // the alarm is still on: try again, after a time in shadow
   return go(State::waiting, to_text(state.reason));
@@ -99,12 +98,12 @@ CorrectiveStep CorrectiveAction::moves(const control::MovesState& state, double 
 
 CorrectiveStep CorrectiveAction::shadowed(const control::MovesState& state) noexcept {
   if (state.latched) return go(State::given_up, to_text(state.reason));
-  if (!(state.gain > 0.0) || steady_ < kLeastBaseline || !may_act_) return {};
-  before_ = newest_mean(std::min(steady_, kBaseline));
-  CorrectiveStep step = state.gain <= 1.0 - kLeastGain
+  if (!(state.gain > 0.0) || steady_ < Limits::kLeastBaseline || !may_act_) return {};
+  before_ = newest_mean(std::min(steady_, Limits::kBaseline));
+  CorrectiveStep step = state.gain <= 1.0 - Limits::kLeastGain
                             ? go(State::trying, "planned moves reduce the error in shadow")
                             : go(State::given_up, "planned moves don't reduce the error in shadow");
-  settling_ = kSettling;
+  settling_ = Limits::kSettling;
   step.rms_before = before_.rms;
   step.mean_before = before_.mean;
   step.gain_in_shadow = state.gain;
@@ -127,26 +126,26 @@ CorrectiveStep CorrectiveAction::window(const WindowMeasures& m, bool sticks, bo
     --settling_;
     return {};
   }
-  if (m.set_point_range_percent > kStandsStill) return {};
+  if (m.set_point_range_percent > Limits::kStandsStill_percent) return {};
   const double mean = std::abs(m.mean_error_percent);
-  newest_[steady_ % kTrial] = {numeric::root_sum_square(m.variability_percent, mean), mean};
+  newest_[steady_ % Limits::kTrial] = {numeric::root_sum_square(m.variability_percent, mean), mean};
   ++steady_;
   return decide();
 }
 
 CorrectiveStep CorrectiveAction::decide() noexcept {
-  if (!planned() && state_ == State::waiting && due_ && steady_ >= kBaseline) {
-    before_ = newest_mean(kBaseline);
+  if (!planned() && state_ == State::waiting && due_ && steady_ >= Limits::kBaseline) {
+    before_ = newest_mean(Limits::kBaseline);
     due_ = false;
     CorrectiveStep step = go(State::trying, "the valve sticks");
-    settling_ = kSettling;
+    settling_ = Limits::kSettling;
     step.rms_before = before_.rms;
     step.mean_before = before_.mean;
     return step;
   }
-  if (!acting() || steady_ < kTrial) return {};
-  const Errors after = newest_mean(kTrial);
-  const bool falls = after.rms <= (1.0 - kLeastGain) * before_.rms;
+  if (!acting() || steady_ < Limits::kTrial) return {};
+  const Errors after = newest_mean(Limits::kTrial);
+  const bool falls = after.rms <= (1.0 - Limits::kLeastGain) * before_.rms;
   const bool centred =
       planned() || after.mean <= std::max(before_.mean, settings_.allowed_mean_error_percent);
   CorrectiveStep step;
@@ -172,11 +171,11 @@ CorrectiveStep CorrectiveAction::interrupted(bool controlling) noexcept {
   settling_ = 0;
   if (!acting() && state_ != State::in_shadow) return {};
   if (controlling) {  // saturated, or a gap: stay, and restart the trial
-    settling_ = acting() ? kSettling : 0;
+    settling_ = acting() ? Limits::kSettling : 0;
     return {};
   }
   due_ = true;  // the alarm is still on: try again, with a new baseline
-  return go(State::waiting, "the loop is not in automatic on a good PV");
+  return go(State::waiting, "the loop is not in automatic with a good PV");
 }
 
 CorrectiveStep CorrectiveAction::refused() noexcept {

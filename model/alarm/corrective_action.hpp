@@ -55,21 +55,12 @@
 #include <cstdint>
 #include <limits>
 
+#include "model/alarm/limits.hpp"
 #include "model/control/planned_moves_settings.hpp"
 #include "model/alarm/window_measures.hpp"
 #include "model/numeric/enum_name.hpp"
 
 namespace loopwarden::alarm {
-
-// In windows: with the daemon's overlap and 96 s, one window adds 48 s, so 13, 6 and 32 minutes.
-// The cycle of a sticky loop lasts minutes, and the dwell form makes it several times as long.
-inline constexpr std::size_t kBaseline = 16;
-inline constexpr std::size_t kSettling = 8;
-inline constexpr std::size_t kTrial = 40;
-inline constexpr double kLeastGain = 0.05;  // of R
-inline constexpr double kShadow_s = 600.0;
-inline constexpr std::size_t kLeastBaseline = 4;  // steady windows in shadow
-inline constexpr int kMostDisengaged = 3;         // planned moves, per explanation
 
 enum class CorrectiveForm : std::uint8_t { jacket, planned_moves };
 
@@ -157,10 +148,6 @@ class CorrectiveAction {
   bool acting() const noexcept { return acts(state_); }
   // Returns whether planned moves act. Windows then show the moves and not the valve.
   bool calms() const noexcept { return planned() && acting(); }
-  // Returns whether planned moves are engaged, in shadow or acting.
-  bool moves_run() const noexcept {
-    return planned() && (acting() || state_ == CorrectiveState::in_shadow);
-  }
 
  private:
   struct Errors {
@@ -181,12 +168,12 @@ class CorrectiveAction {
   CorrectiveSettings settings_;
   CorrectiveState state_ = CorrectiveState::off;
   Veto veto_ = Veto::none;
-  int disengaged_ = 0;                   // times, since the newest explanation
-  std::array<Errors, kTrial> newest_{};  // ring of the steady windows
-  std::size_t steady_ = 0;               // number of steady windows since the last change of state
-  std::size_t settling_ = 0;             // windows still to skip
-  bool due_ = false;      // an alarm without action so far; planned moves: with an explanation
-  bool ordered_ = false;  // by the operator, for this alarm
+  int disengaged_ = 0;                           // times, since the newest explanation
+  std::array<Errors, Limits::kTrial> newest_{};  // ring of the steady windows
+  std::size_t steady_ = 0;    // number of steady windows since the last change of state
+  std::size_t settling_ = 0;  // windows still to skip
+  bool due_ = false;          // an alarm without action so far; planned moves: with an explanation
+  bool ordered_ = false;      // by the operator, for this alarm
   bool may_act_ = false;
   double shadow_s_ = 0.0;
   Errors before_;

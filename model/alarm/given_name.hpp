@@ -11,18 +11,15 @@
 
 #include <string_view>
 
+#include "model/alarm/limits.hpp"
 #include "model/alarm/window_measures.hpp"
 
 namespace loopwarden::alarm {
 
-inline constexpr double kSureName = 0.9;
-inline constexpr double kSureClosed = 0.8;
-inline constexpr double kStickSeen_percent = 1.0;  // of the CO span
-
 // Returns whether the window's read-back shows that the stem sticks.
 constexpr bool shows_stick(const WindowMeasures& measures) noexcept {
   return measures.stick_source == StickSource::read_back &&
-         measures.stick_percent >= kStickSeen_percent;
+         measures.stick_percent >= Limits::kStickSeen_percent;
 }
 
 // Returns whether the read-back contradicts a name. `stick_seen`: since the incident opened.
@@ -34,8 +31,8 @@ constexpr bool refuted(std::string_view effect, bool stick_seen) noexcept {
 // share; NaN: too near to the noise.
 constexpr bool gives_name(std::string_view effect, double confidence, double gap_closed,
                           bool stick_seen) noexcept {
-  return !effect.empty() && confidence >= kSureName && !(gap_closed < kSureClosed) &&
-         !refuted(effect, stick_seen);
+  return !effect.empty() && confidence >= Limits::kSureName &&
+         !(gap_closed < Limits::kSureClosed) && !refuted(effect, stick_seen);
 }
 
 }  // namespace loopwarden::alarm

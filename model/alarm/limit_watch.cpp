@@ -3,6 +3,8 @@
 
 #include <cmath>
 
+#include "model/alarm/limits.hpp"
+
 namespace loopwarden::alarm {
 
 void LimitWatch::add(std::uint64_t period, double sp, double pv, bool automatic) noexcept {
@@ -13,8 +15,7 @@ void LimitWatch::add(std::uint64_t period, double sp, double pv, bool automatic)
 }
 
 void LimitWatch::watch_set_point(std::uint64_t period, double sp, bool automatic) noexcept {
-  constexpr double kMoves = 0.1;  // of the limit
-  const double far = kMoves * settings_.at(AlarmKind::deviation).limit;
+  const double far = Limits::kSetPointMoves * settings_.at(AlarmKind::deviation).limit;
   const bool moves = std::isfinite(sp) && !(std::abs(sp - sp_stood_) <= far);
   if (moves) sp_stood_ = sp;
   if (moves || !automatic || !moved_) moved_ = period;

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "model/alarm/limits.hpp"
+
 namespace loopwarden::alarm {
 namespace {
 
@@ -42,7 +44,8 @@ LoopIncident::Changes LoopIncident::follow(std::int64_t now_ms, const LoopAlarms
     incident_.gone_ms = 0;
   } else if (incident_.gone_ms == 0 || now_ms < incident_.gone_ms) {
     incident_.gone_ms = now_ms;
-  } else if (now_ms - incident_.gone_ms >= kQuiet_ms && now_ms - incident_.since_ms >= kJoin_ms) {
+  } else if (now_ms - incident_.gone_ms >= Limits::kQuiet_ms &&
+             now_ms - incident_.since_ms >= Limits::kJoin_ms) {
     incident_.ended_ms = now_ms;
     changes.push_back({.kind = IncidentChange::Kind::ended});
   }

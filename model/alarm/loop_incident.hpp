@@ -37,8 +37,6 @@
 
 namespace loopwarden::alarm {
 
-inline constexpr std::int64_t kJoin_ms = 40LL * 60 * 1000;
-inline constexpr std::int64_t kQuiet_ms = 30LL * 60 * 1000;
 inline constexpr const char* kNotAsCommissioned = "no_longer_as_commissioned";
 
 // The data of an incident, which must survive a restart.

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "model/alarm/limits.hpp"
+
 namespace loopwarden::alarm {
 
 using control::Fault;
@@ -42,7 +44,7 @@ ProcessWatch::ProcessWatch(double sample_time_s, const ProcessSettings& settings
     : sample_time_s_(sample_time_s),
       settings_(settings),
       limits_(sample_time_s, settings.limits),
-      quiet_periods_(periods_of(kQuiet_s, sample_time_s)) {}
+      quiet_periods_(periods_of(Limits::kOffDelay_s, sample_time_s)) {}
 
 void ProcessWatch::restore(AlarmKind kind, bool on) noexcept {
   Delayed& condition = at(kind);
@@ -106,7 +108,7 @@ bool ProcessWatch::is_due(const Delayed& condition, const ProcessRule& rule,
     const std::uint64_t delay = periods_of(rule.off_delay_s, sample_time_s_);
     return since >= (condition.flaps > 1 ? std::max(delay, quiet_periods_) : delay);
   }
-  return condition.flaps >= kFlaps || since >= periods_of(rule.on_delay_s, sample_time_s_);
+  return condition.flaps >= Limits::kFlaps || since >= periods_of(rule.on_delay_s, sample_time_s_);
 }
 
 std::optional<bool> ProcessWatch::found(AlarmKind kind, const ProcessCycle& cycle) const noexcept {

@@ -52,6 +52,7 @@
 #include <optional>
 #include <span>
 
+#include "model/alarm/limits.hpp"
 #include "model/control/loop_controller.hpp"
 #include "model/control/supervisor.hpp"
 #include "model/alarm/alarm_kind.hpp"
@@ -59,13 +60,6 @@
 #include "model/numeric/enum_name.hpp"
 
 namespace loopwarden::alarm {
-
-// Default on-delay.
-inline constexpr double kProcessDelay_s = 10.0;
-inline constexpr double kDeviationDelay_s = 60.0;
-// Default off-delay. Without the condition for this time, flapping has ended.
-inline constexpr double kQuiet_s = 60.0;
-inline constexpr std::uint32_t kFlaps = 5;  // number that raises the alarm
 
 enum class NormalMode : std::uint8_t { automatic, manual, any };
 
@@ -75,8 +69,8 @@ constexpr const char* to_text(NormalMode mode) noexcept {
 
 struct ProcessRule {
   bool fitted = false;
-  double on_delay_s = kProcessDelay_s;  // s, >= 0
-  double off_delay_s = kQuiet_s;        // s, >= 0
+  double on_delay_s = Limits::kProcessDelay_s;  // s, >= 0
+  double off_delay_s = Limits::kOffDelay_s;     // s, >= 0
 
   friend bool operator==(const ProcessRule&, const ProcessRule&) = default;
 };

@@ -18,10 +18,6 @@
 // the windows before it keep their place. One odd window raises no alarm, and one quiet window
 // clears none.
 //
-// In the daemon, windows_to_go is longer than windows. A valve that sticks shows it only when the
-// loop crosses the stick band, and looks healthy in between. A repair needs more windows as
-// evidence than a fault.
-//
 // Stepped by the caller, once per window. No clock, no allocation.
 //
 // Errors: settings outside their ranges are set to the nearest limit.
@@ -33,6 +29,7 @@
 #include <array>
 #include <cstddef>
 
+#include "model/alarm/limits.hpp"
 #include "model/alarm/loop_alarms.hpp"
 #include "model/alarm/window_judge.hpp"
 
@@ -41,19 +38,18 @@ namespace loopwarden::alarm {
 inline constexpr std::size_t kMostVotes = 16;
 
 struct VerdictRuleSettings {
-  std::size_t windows = 5;        // M, 1 to kMostVotes
-  std::size_t windows_on = 3;     // N, 1 to M
-  std::size_t windows_off = 1;    // below N
-  std::size_t windows_to_go = 0;  // M to kMostVotes; 0: M
-  double probability_on = 0.5;    // 0 to 1
-  double probability_off = 0.3;   // at most probability_on
+  std::size_t windows = Limits::kWindows;            // M, 1 to kMostVotes
+  std::size_t windows_on = Limits::kWindowsOn;       // N, 1 to M
+  std::size_t windows_off = Limits::kWindowsOff;     // below N
+  std::size_t windows_to_go = 0;                     // M to kMostVotes; 0: M
+  double probability_on = Limits::kProbabilityOn;    // 0 to 1
+  double probability_off = Limits::kProbabilityOff;  // at most probability_on
 
   friend bool operator==(const VerdictRuleSettings&, const VerdictRuleSettings&) = default;
 };
 
-// The rule of the daemon, and of all commands that show its decisions: twelve minutes of windows
-// without the fault to clear.
-inline constexpr VerdictRuleSettings kAlarmRule{.windows_to_go = 15};
+// The rule of the daemon, and of all commands that show its decisions.
+inline constexpr VerdictRuleSettings kAlarmRule{.windows_to_go = Limits::kWindowsToClear};
 
 class VerdictRule {
  public:

@@ -4,8 +4,8 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <span>
 
+#include "model/numeric/loop_record.hpp"
 #include "model/specialist/fit/loop_window.hpp"
 #include "model/numeric/enum_name.hpp"
 
@@ -13,18 +13,8 @@ namespace loopwarden::alarm {
 
 using specialist::kWindowSamples;
 
-// Columns of one length and constant period. The values are finite. Without a read-back, all of
-// `stem` is NaN.
-struct Window {
-  std::span<const double> sp;    // PV units
-  std::span<const double> pv;    // PV units
-  std::span<const double> co;    // CO units
-  std::span<const double> stem;  // CO units
-  double sample_time_s = 0.1;    // s, > 0, after decimation
-  double pv_low = 0.0;           // PV units, the transmitter's range
-  double pv_high = 100.0;
-  double co_low = 0.0;  // CO units, the span of the controller's output
-  double co_high = 100.0;
+// The values are finite. Without a read-back, all of `stem` is NaN.
+struct Window : numeric::LoopView {
   std::size_t bridged_cycles = 0;  // missing cycles of the window, with interpolated values
 };
 

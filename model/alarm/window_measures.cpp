@@ -5,7 +5,9 @@
 #include <cmath>
 #include <vector>
 
+#include "model/alarm/limits.hpp"
 #include "model/analysis/loop_metrics.hpp"
+#include "model/diagnosis/limits.hpp"
 #include "model/diagnosis/oscillation.hpp"
 #include "model/numeric/statistics.hpp"
 
@@ -46,7 +48,7 @@ void measure_stick(const Window& window, double resolution, bool has_stem, Windo
     m.stick_source = StickSource::read_back;
     return;
   }
-  if (m.oscillation_index <= 1.0) return;
+  if (m.oscillation_index <= diagnosis::DiagnosisLimits::kRegular) return;
   const double rho = numeric::correlation(window.co, window.pv);
   const double width = 2.0 * std::sqrt(2.0 * numeric::variance(window.co)) *
                        std::sqrt(std::max(1.0 - rho * rho, 0.0));
@@ -56,18 +58,18 @@ void measure_stick(const Window& window, double resolution, bool has_stem, Windo
 
 }  // namespace
 
-WindowMeasures measure(const Window& window, double resolution_percent) {
+WindowMeasures measure(const Window& window) {
   WindowMeasures m;
   m.bridged_cycles = window.bridged_cycles;
   const double co_span = window.co_high - window.co_low;
   const double pv_span = window.pv_high - window.pv_low;
   if (window.pv.size() < 2 || !(co_span > 0.0) || !(pv_span > 0.0)) return m;
-  const double resolution = resolution_percent / 100.0 * co_span;
+  const double resolution = Limits::kResolution_percent / 100.0 * co_span;
   const bool has_stem = std::all_of(window.stem.begin(), window.stem.end(),
                                     [](double v) { return std::isfinite(v); });
 
   const analysis::LoopMetrics metrics = analysis::loop_metrics(
-      window.sp, window.pv, has_stem ? window.stem : window.co, window.sample_time_s, resolution);
+      window.sp, window.pv, has_stem ? window.stem : window.co, window.period_s, resolution);
   m.mean_error_percent = 100.0 * metrics.mean_error / pv_span;
   m.variability_percent =
       100.0 *
@@ -88,7 +90,8 @@ WindowMeasures measure(const Window& window, double resolution_percent) {
 
   const diagnosis::Oscillation oscillation = diagnosis::find_oscillation(window.pv);
   m.oscillation_index = oscillation.regularity;
-  if (oscillation.regularity > 1.0) m.period_s = oscillation.period * window.sample_time_s;
+  if (oscillation.regularity > diagnosis::DiagnosisLimits::kRegular)
+    m.period_s = oscillation.period * window.period_s;
   measure_stick(window, resolution, has_stem, m);
   return m;
 }

@@ -8,7 +8,7 @@
 //   mean_error         mean of SP - PV, % of the PV span
 //   saturated          share of the samples with CO at an end of its range, %
 //   travel             path of the stem, % of the CO span per hour; path of CO without a read-back
-//   reversals          changes of its direction, per hour; moves below `resolution` don't count
+//   reversals          changes of its direction, per hour; moves below the resolution don't count
 //   stick              travel of CO after a reversal before the valve follows, % of the CO span
 //
 // stick with a read-back: the median, over the reversals of the stem, of CO's travel from its
@@ -49,8 +49,7 @@ struct WindowMeasures {
   std::size_t bridged_cycles = 0;        // interpolated cycles of the window
 };
 
-// Returns the measures of `window`. `resolution_percent`: least move of stem or CO that counts, %
-// of the CO span.
-WindowMeasures measure(const Window& window, double resolution_percent = 0.2);
+// Returns the measures of `window`.
+WindowMeasures measure(const Window& window);
 
 }  // namespace loopwarden::alarm

@@ -5,33 +5,12 @@
 #include <cmath>
 #include <limits>
 
+#include "model/analysis/limits.hpp"
 #include "model/numeric/statistics.hpp"
 #include "model/numeric/enum_name.hpp"
 
 namespace loopwarden::analysis {
 namespace {
-
-constexpr std::size_t kLeastStored = 20;
-constexpr double kStoredAll = 0.8;  // above this stored share the record counts as complete
-constexpr std::size_t kLeastAtOnce = 8;
-constexpr double kAtOnceScale = 1.0 / 0.9;
-// Limit for the ratio of 5 % quantile to median of the distances for values followed immediately:
-// it is 0.1 if values were stored without a rule, and 0.5 after a swinging door.
-constexpr double kAnyValue = 0.33;
-constexpr double kAllScale = 0.9;
-constexpr double kOnLine = 0.15;          // share of the samples of a filled record
-constexpr double kRising = 4.0;           // tolerances in two samples
-constexpr double kRepeated = 0.55;        // share of the samples of a filled record
-constexpr std::size_t kFewLevels = 4;     // samples per distinct value
-constexpr int kMostDigits = 9;            // most decimals of a written file
-constexpr double kEqualIntervals = 0.05;  // coefficient of variation: a held measurement
-constexpr double kJoined = 0.2;           // share of the intervals of a held measurement
-constexpr double kFewMultiples = 8.0;     // times the smallest step
-constexpr double kMultiples = 0.9;        // share of the steps: a resolution
-constexpr double kLevelsOfSteps = 0.5;    // distinct levels per step: few
-constexpr double kLevelStep = 1.5;        // distances of levels: steps of a resolution
-constexpr double kFewLevelsStep = 2.5;    // the same for few levels
-constexpr double kLastDigits = 1.5;       // times the last digit: the dead band is rounding
 
 struct Points {
   std::vector<double> time_s;
@@ -42,7 +21,7 @@ struct Points {
 // decimal.
 double last_digit_of(std::span<const double> values) {
   double scale = 1.0;
-  for (int digits = 0; digits <= kMostDigits; ++digits, scale *= 10.0) {
+  for (int digits = 0; digits <= Limits::kMostDigits; ++digits, scale *= 10.0) {
     const bool all = std::all_of(values.begin(), values.end(), [scale](double v) {
       const double scaled = v * scale;
       return !std::isfinite(v) ||
@@ -65,7 +44,7 @@ std::vector<double> distinct(std::span<const double> values) {
 double quantum_of(std::span<const double> values) {
   const double decimal = last_digit_of(values);
   const std::vector<double> levels = distinct(values);
-  if (levels.size() * kFewLevels > values.size() || levels.size() < 2) return decimal;
+  if (levels.size() * Limits::kFewLevels > values.size() || levels.size() < 2) return decimal;
   std::vector<double> steps;
   for (std::size_t k = 1; k < levels.size(); ++k) steps.push_back(levels[k] - levels[k - 1]);
   return std::max(decimal, numeric::median(steps));
@@ -74,7 +53,7 @@ double quantum_of(std::span<const double> values) {
 ArchivedSignal judge(const Points& stored, double tick_s, double share) {
   ArchivedSignal found{.kind = ArchiveKind::unknown, .deviation = 0.0, .stored_share = share};
   const std::size_t n = stored.value.size();
-  if (n < kLeastStored) return found;
+  if (n < Limits::kLeastStored) return found;
   std::vector<double> steps;
   std::size_t same = 0;
   double before = 0.0;
@@ -86,7 +65,7 @@ ArchivedSignal judge(const Points& stored, double tick_s, double share) {
     steps.push_back(std::abs(step));
     before = step;
   }
-  if (steps.size() < kLeastStored / 2) return found;
+  if (steps.size() < Limits::kLeastStored / 2) return found;
   std::sort(steps.begin(), steps.end());
   const double low = numeric::quantile_in_place(steps, 0.02);
   const double tenth = numeric::quantile_in_place(steps, 0.1);
@@ -115,17 +94,17 @@ ArchivedSignal judge(const Points& stored, double tick_s, double share) {
     if (stored.time_s[k + 1] - stored.time_s[k] <= 1.5 * tick_s) at_once.push_back(off);
   }
   found.kind = ArchiveKind::swinging_door;
-  if (at_once.size() >= kLeastAtOnce) {
+  if (at_once.size() >= Limits::kLeastAtOnce) {
     std::sort(at_once.begin(), at_once.end());
     const double least = numeric::quantile_in_place(at_once, 0.05);
-    if (least < kAnyValue * numeric::quantile_in_place(at_once, 0.5)) {
+    if (least < Limits::kAnyValue * numeric::quantile_in_place(at_once, 0.5)) {
       found.kind = ArchiveKind::unknown;
       return found;
     }
-    found.deviation = kAtOnceScale * least;
+    found.deviation = Limits::kAtOnceScale * least;
   } else {
     std::sort(all.begin(), all.end());
-    found.deviation = kAllScale * numeric::quantile_in_place(all, 0.25);
+    found.deviation = Limits::kAllScale * numeric::quantile_in_place(all, 0.25);
   }
   return found;
 }
@@ -141,13 +120,14 @@ bool drawn_by_lines(std::span<const double> x, std::size_t lag, double tolerance
     const double off = std::abs(x[k + lag] - 2.0 * x[k] + x[k - lag]);
     if (off > tolerance * 1.01) {
       kinks.push_back(off);
-    } else if (std::abs(x[k + lag] - x[k - lag]) > kRising * tolerance) {
+    } else if (std::abs(x[k + lag] - x[k - lag]) > Limits::kRising * tolerance) {
       ++on_line;
     }
   }
-  if (kinks.size() < kLeastStored) return false;
+  if (kinks.size() < Limits::kLeastStored) return false;
   const double chance = 0.54 * tolerance / numeric::median(kinks);
-  return static_cast<double>(on_line) > (kOnLine + 4.0 * chance) * static_cast<double>(x.size());
+  return static_cast<double>(on_line) >
+         (Limits::kOnLine + 4.0 * chance) * static_cast<double>(x.size());
 }
 
 bool drawn_by_lines(std::span<const double> x) {
@@ -169,7 +149,8 @@ std::vector<double> intervals(std::vector<double> lengths) {
   const auto whole = [&](double length) { return std::max(1.0, std::round(length / usual)); };
   const auto joined = std::count_if(lengths.begin(), lengths.end(),
                                     [&](double length) { return whole(length) > 1.0; });
-  if (usual < 2.0 || static_cast<double>(joined) > kJoined * static_cast<double>(lengths.size())) {
+  if (usual < 2.0 ||
+      static_cast<double>(joined) > Limits::kJoined * static_cast<double>(lengths.size())) {
     return lengths;
   }
   for (double& length : lengths) length /= whole(length);
@@ -195,9 +176,9 @@ bool steps_of_the_signal(const Points& levels) {
   // One step in ten is a multiple by chance. If steps are large, every one is a multiple of the
   // last digit.
   const bool all_multiples =
-      static_cast<double>(multiples) > kMultiples * static_cast<double>(steps.size()) &&
-      numeric::quantile_in_place(steps, 0.5) < kFewMultiples;
-  return all_multiples || variation(intervals(lengths)) < kEqualIntervals;
+      static_cast<double>(multiples) > Limits::kMultiples * static_cast<double>(steps.size()) &&
+      numeric::quantile_in_place(steps, 0.5) < Limits::kFewMultiples;
+  return all_multiples || variation(intervals(lengths)) < Limits::kEqualIntervals;
 }
 
 // Returns whether the steps are those of a converter: the distances of the levels are multiples of
@@ -228,11 +209,11 @@ bool steps_by_its_resolution(const std::vector<double>& stored, double last_digi
     moves.push_back(std::abs(stored[k] - stored[k - 1]));
   std::sort(moves.begin(), moves.end());
   const double small = numeric::quantile_in_place(moves, 0.1) - tolerance;
-  const bool few_levels =
-      static_cast<double>(levels.size()) <= kLevelsOfSteps * static_cast<double>(stored.size());
-  if (few_levels) return small <= kFewLevelsStep * step;
-  return static_cast<double>(multiples) >= kMultiples * static_cast<double>(gaps.size()) &&
-         small <= kLevelStep * step;
+  const bool few_levels = static_cast<double>(levels.size()) <=
+                          Limits::kLevelsOfSteps * static_cast<double>(stored.size());
+  if (few_levels) return small <= Limits::kFewLevelsStep * step;
+  return static_cast<double>(multiples) >= Limits::kMultiples * static_cast<double>(gaps.size()) &&
+         small <= Limits::kLevelStep * step;
 }
 
 }  // namespace
@@ -248,7 +229,7 @@ ArchivedSignal recognise_stored(std::span<const double> time_s, std::span<const 
   if (n < 2) return {};
   const double share =
       static_cast<double>(n - 1) / std::max(1.0, (time_s.back() - time_s.front()) / tick_s);
-  if (share > kStoredAll) return {.stored_share = std::min(share, 1.0)};
+  if (share > Limits::kStoredAll) return {.stored_share = std::min(share, 1.0)};
   return judge({{time_s.begin(), time_s.end()}, {values.begin(), values.end()}}, tick_s, share);
 }
 
@@ -292,16 +273,16 @@ ArchivedSignal recognise_filled(std::span<const double> values) {
     known.push_back(values[k]);
     at.push_back(static_cast<double>(k));
   }
-  if (known.size() < kLeastStored) return {};
+  if (known.size() < Limits::kLeastStored) return {};
   // Cells without a stored value are empty.
   const double share = static_cast<double>(known.size()) / static_cast<double>(n);
-  if (share < kStoredAll) {
+  if (share < Limits::kStoredAll) {
     std::vector<double> gaps;
     for (std::size_t k = 1; k < at.size(); ++k) gaps.push_back(at[k] - at[k - 1]);
     // One long outage, or a record of every fifth sample, isn't an archive.
     std::size_t steps = 0;
     for (const double gap : gaps) steps += gap > 1.5 ? 1 : 0;
-    if (steps * 10 < gaps.size() || variation(gaps) < kEqualIntervals) {
+    if (steps * 10 < gaps.size() || variation(gaps) < Limits::kEqualIntervals) {
       return {.stored_share = share};
     }
     return judge({at, known}, 1.0, share);
@@ -311,7 +292,7 @@ ArchivedSignal recognise_filled(std::span<const double> values) {
       *highest > *lowest ? run_ends(known) : std::vector<std::size_t>{0};
   // The result without a rule. The stored share is still useful if the record consists of few
   // lines, because another signal of the record may show the rule.
-  const ArchivedSignal none{.stored_share = ends.size() < kLeastStored
+  const ArchivedSignal none{.stored_share = ends.size() < Limits::kLeastStored
                                                 ? static_cast<double>(ends.size()) /
                                                       static_cast<double>(known.size())
                                                 : 1.0};
@@ -340,13 +321,14 @@ ArchivedSignal recognise_filled(std::span<const double> values) {
   }
   const double quantum = last_digit_of(known);
   const double repeated = static_cast<double>(repeats) / static_cast<double>(known.size());
-  if (repeated < kRepeated || levels.value.size() < kLeastStored || steps_of_the_signal(levels) ||
-      steps_by_its_resolution(levels.value, quantum)) {
+  if (repeated < Limits::kRepeated || levels.value.size() < Limits::kLeastStored ||
+      steps_of_the_signal(levels) || steps_by_its_resolution(levels.value, quantum)) {
     return none;
   }
   ArchivedSignal found = judge(levels, 1.0, 1.0 - repeated);
   // Rounding of a settling signal looks like a dead band of the last digit.
-  if (found.kind == ArchiveKind::unknown || found.deviation <= kLastDigits * quantum) return none;
+  if (found.kind == ArchiveKind::unknown || found.deviation <= Limits::kLastDigits * quantum)
+    return none;
   found.held_lines = found.kind == ArchiveKind::swinging_door;
   return found;
 }

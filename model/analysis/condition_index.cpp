@@ -5,15 +5,10 @@
 #include <cmath>
 #include <initializer_list>
 
+#include "model/analysis/limits.hpp"
+
 namespace loopwarden::analysis {
 namespace {
-
-constexpr double kPerformanceLimit = 5.0;  // % of the PV range
-constexpr double kStickLimit = 10.0;       // % of the CO range
-constexpr double kLagLimit = 30.0;         // s
-constexpr double kDeviationLimit = 3.0;    // % of the CO range
-constexpr double kBadShareLimit = 0.1;
-constexpr double kCycleLimit = 0.02;
 
 double index_of(std::initializer_list<double> shares_of_limit) noexcept {
   double worst = ConditionInputs::kUnknown;
@@ -26,13 +21,13 @@ double index_of(std::initializer_list<double> shares_of_limit) noexcept {
 }  // namespace
 
 ConditionIndices condition_indices(const ConditionInputs& in) noexcept {
-  return {.control_performance = index_of({in.rms_error_percent / kPerformanceLimit}),
-          .valve = index_of({in.stick_percent / kStickLimit}),
-          .actuator = index_of({in.stem_lag_s / kLagLimit, in.actuator_alarm}),
-          .positioner = index_of({in.stem_deviation_percent / kDeviationLimit,
-                                  in.read_back_bad_share / kBadShareLimit}),
-          .environment =
-              index_of({in.pv_bad_share / kBadShareLimit, in.cycle_bad_share / kCycleLimit})};
+  return {.control_performance = index_of({in.rms_error_percent / Limits::kPerformanceLimit}),
+          .valve = index_of({in.stick_percent / Limits::kStickLimit}),
+          .actuator = index_of({in.stem_lag_s / Limits::kStemLagLimit, in.actuator_alarm}),
+          .positioner = index_of({in.stem_deviation_percent / Limits::kDeviationLimit,
+                                  in.read_back_bad_share / Limits::kBadShareLimit}),
+          .environment = index_of({in.pv_bad_share / Limits::kBadShareLimit,
+                                   in.cycle_bad_share / Limits::kCycleLimit})};
 }
 
 }  // namespace loopwarden::analysis

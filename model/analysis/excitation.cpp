@@ -5,39 +5,20 @@
 #include <algorithm>
 #include <cmath>
 
+#include "model/analysis/limits.hpp"
 #include "model/numeric/enum_name.hpp"
 #include "model/numeric/statistics.hpp"
 
 namespace loopwarden::analysis {
 namespace {
 
-constexpr std::size_t kLags = 3;
-constexpr double kFeedbackShare = 0.3;
-constexpr double kJump = 8.0;              // robust standard deviations
-constexpr std::size_t kMostRows = 50'000;  // evenly spread over a long record
-constexpr double kRunsAway = 20.0;         // times the range of CO in the record
-constexpr double kRounding = 1e-12;        // share of the squared moves of CO
-// For switching_law():
-constexpr double kMostMoving = 0.5;         // share of the rows in which CO moves
-constexpr std::size_t kFewestSwitches = 8;  // up, and as many down
-constexpr double kOnTime = 0.9;             // share of the switches within kRowsOff rows of the law
-constexpr std::size_t kRowsOff = 2;
-// share of pairs of an up and a down move with PV lower at the first
-constexpr double kApart = 0.97;
-constexpr double kLeastMoving = 0.3;  // share of the rows beyond the gap in which CO moves
-// For goes_on_the_same_way(): correlations of the moves of CO with those of PV before and after.
-constexpr double kSameWay = 0.5;
-constexpr double kSomeWay = 0.1;
-// For answers_set_point():
-constexpr std::size_t kFewestSetPoints = 3;
-constexpr double kAnswered = 0.8;  // share of SP's moves that CO follows within kRowsOff rows
-constexpr double kByChance = 0.4;  // largest share that would be followed by chance
+constexpr double kRounding = 1e-12;  // share of the squared moves of CO
 
 bool moves(std::span<const double> column) {
   return std::any_of(column.begin(), column.end(), [&](double v) { return v != column.front(); });
 }
 
-bool in_automatic(const LoopColumns& c, std::size_t k) {
+bool in_automatic(const numeric::LoopView& c, std::size_t k) {
   return c.automatic.empty() || c.automatic[k] > 0.5;
 }
 
@@ -49,11 +30,11 @@ struct Regression {
 };
 
 // Returns the terms of the law for the move of CO at k: those of m, a, c (if SP moves) and b.
-Terms terms(const LoopColumns& c, std::size_t k, bool set_point_moves) {
+Terms terms(const numeric::LoopView& c, std::size_t k, bool set_point_moves) {
   const Eigen::Index of_sp = set_point_moves ? 3 : 0;
   Terms t(7 + of_sp);
   t(0) = 1.0;
-  for (std::size_t i = 0; i < kLags; ++i) {
+  for (std::size_t i = 0; i < Limits::kLawLags; ++i) {
     const auto at = static_cast<Eigen::Index>(i);
     t(1 + at) = c.co[k - 1 - i] - c.co.front();
     if (set_point_moves) t(4 + at) = c.sp[k - i] - c.sp.front();
@@ -81,7 +62,7 @@ struct Moves {
   bool two_levels = true;
 };
 
-Moves moves_of(const LoopColumns& c) {
+Moves moves_of(const numeric::LoopView& c) {
   const auto [low, high] = std::minmax_element(c.co.begin(), c.co.end());
   Moves moves;
   for (std::size_t k = 1; k < c.co.size(); ++k) {
@@ -121,9 +102,9 @@ bool at_first_passage(std::span<const double> x, const std::vector<std::size_t>&
     std::size_t first = *(next - 1);
     while (first < k && side * x[first] < level) ++first;
     ++count;
-    if (k - first <= kRowsOff) ++on_time;
+    if (k - first <= Limits::kRowsOff) ++on_time;
   }
-  return count > 0 && static_cast<double>(on_time) >= kOnTime * static_cast<double>(count);
+  return count > 0 && static_cast<double>(on_time) >= Limits::kOnTime * static_cast<double>(count);
 }
 
 bool switches_at_levels(std::span<const double> x, const Moves& moves) {
@@ -134,7 +115,7 @@ bool switches_at_levels(std::span<const double> x, const Moves& moves) {
       const auto next = std::upper_bound(b.begin(), b.end(), k);
       if (next != b.end()) lengths.push_back(static_cast<double>(*next - k));
     }
-    return spread(std::move(lengths)) <= static_cast<double>(kRowsOff);
+    return spread(std::move(lengths)) <= static_cast<double>(Limits::kRowsOff);
   };
   if (clocked(moves.up, moves.down) && clocked(moves.down, moves.up)) return false;
   // The controller switches up at a low PV, or at a high PV.
@@ -147,14 +128,15 @@ bool switches_at_levels(std::span<const double> x, const Moves& moves) {
   return false;
 }
 
-bool pulses_follow(const LoopColumns& c, std::span<const double> x, const Moves& moves) {
+bool pulses_follow(const numeric::LoopView& c, std::span<const double> x, const Moves& moves) {
   const std::vector<double> cycles = steps_between(moves.up);
   const double cycle = numeric::median(cycles);
   const auto regular = std::count_if(cycles.begin(), cycles.end(), [&](double v) {
     const double whole = std::max(1.0, std::round(v / cycle));
     return std::abs(v - whole * cycle) <= whole;
   });
-  if (cycle < 3.0 || static_cast<double>(regular) < kOnTime * static_cast<double>(cycles.size())) {
+  if (cycle < 3.0 ||
+      static_cast<double>(regular) < Limits::kOnTime * static_cast<double>(cycles.size())) {
     return false;
   }
   std::vector<double> on, pv;
@@ -164,7 +146,7 @@ bool pulses_follow(const LoopColumns& c, std::span<const double> x, const Moves&
     on.push_back(numeric::mean({c.co.begin() + from, c.co.begin() + to}));
     pv.push_back(x[moves.up[i - 1]]);
   }
-  return find_feedback({.co = on, .pv = pv, .sp = {}, .automatic = {}}).closed;
+  return find_feedback({.pv = pv, .co = on}).closed;
 }
 
 // Returns the share of rows in which CO moves, among the rows with `x` beyond its median in `moves`
@@ -188,8 +170,8 @@ bool moves_by_side(std::span<const double> x, const Moves& moves) {
   double upper = 0.0;
   for (const std::size_t k : moves.up) upper += x[k] / static_cast<double>(moves.up.size());
   const double side = upper >= lower ? 1.0 : -1.0;
-  if (moving_share(x, moves.up, side) < kLeastMoving ||
-      moving_share(x, moves.down, -side) < kLeastMoving) {
+  if (moving_share(x, moves.up, side) < Limits::kLeastMoving ||
+      moving_share(x, moves.down, -side) < Limits::kLeastMoving) {
     return false;
   }
   double above = 0.0;
@@ -198,13 +180,13 @@ bool moves_by_side(std::span<const double> x, const Moves& moves) {
   }
   const double share =
       above / (static_cast<double>(moves.up.size()) * static_cast<double>(down.size()));
-  return share > kApart || share < 1.0 - kApart;
+  return share > Limits::kApart || share < 1.0 - Limits::kApart;
 }
 
 // Returns whether CO moves after moves of SP.
-bool answers_set_point(const LoopColumns& c) {
+bool answers_set_point(const numeric::LoopView& c) {
   const auto moves_within = [&](std::size_t k) {
-    const std::size_t end = std::min(k + kRowsOff + 1, c.co.size());
+    const std::size_t end = std::min(k + Limits::kRowsOff + 1, c.co.size());
     for (std::size_t i = k; i < end; ++i) {
       if (c.co[i] != c.co[i - 1]) return true;
     }
@@ -218,31 +200,32 @@ bool answers_set_point(const LoopColumns& c) {
     moved += 1.0;
     answered += follows ? 1.0 : 0.0;
   }
-  return moved >= static_cast<double>(kFewestSetPoints) && answered >= kAnswered * moved &&
-         by_chance < kByChance * static_cast<double>(c.sp.size());
+  return moved >= static_cast<double>(Limits::kFewestSetPoints) &&
+         answered >= Limits::kAnswered * moved &&
+         by_chance < Limits::kByChance * static_cast<double>(c.sp.size());
 }
 
 // Returns whether PV moves in the same direction before and after the moves of a mostly constant
 // CO. In that case PV responds to CO, which is logged too late, and CO doesn't act against PV.
-bool goes_on_the_same_way(const LoopColumns& c) {
+bool goes_on_the_same_way(const numeric::LoopView& c) {
   double moves = 0.0;
   double du2 = 0.0, before2 = 0.0, after2 = 0.0, with_before = 0.0, with_after = 0.0;
-  for (std::size_t k = kLags; k + kRowsOff < c.co.size(); ++k) {
+  for (std::size_t k = Limits::kLawLags; k + Limits::kRowsOff < c.co.size(); ++k) {
     const double du = c.co[k] - c.co[k - 1];
     if (du == 0.0) continue;
     moves += 1.0;
-    const double sp_moved = c.sp.empty() ? 0.0 : c.sp[k] - c.sp[k - kLags];
-    const double before = c.pv[k] - c.pv[k - kLags] - sp_moved;
-    const double after = c.pv[k + kRowsOff] - c.pv[k];
+    const double sp_moved = c.sp.empty() ? 0.0 : c.sp[k] - c.sp[k - Limits::kLawLags];
+    const double before = c.pv[k] - c.pv[k - Limits::kLawLags] - sp_moved;
+    const double after = c.pv[k + Limits::kRowsOff] - c.pv[k];
     du2 += du * du;
     before2 += before * before;
     after2 += after * after;
     with_before += du * before;
     with_after += du * after;
   }
-  return moves < kMostMoving * static_cast<double>(c.co.size()) &&
-         std::abs(with_before) > kSameWay * std::sqrt(du2 * before2) &&
-         std::abs(with_after) > kSomeWay * std::sqrt(du2 * after2) &&
+  return moves < Limits::kMostMoving * static_cast<double>(c.co.size()) &&
+         std::abs(with_before) > Limits::kSameWay * std::sqrt(du2 * before2) &&
+         std::abs(with_after) > Limits::kSomeWay * std::sqrt(du2 * after2) &&
          with_before * with_after > 0.0;
 }
 
@@ -253,13 +236,13 @@ const char* to_text(SwitchingLaw law) noexcept {
       law, {"none", "two levels", "pulses", "gap action"});
 }
 
-SwitchingLaw switching_law(const LoopColumns& c) {
+SwitchingLaw switching_law(const numeric::LoopView& c) {
   const Moves moves = moves_of(c);
-  if (moves.up.size() < kFewestSwitches || moves.down.size() < kFewestSwitches) {
+  if (moves.up.size() < Limits::kFewestSwitches || moves.down.size() < Limits::kFewestSwitches) {
     return SwitchingLaw::none;
   }
   const double moving = static_cast<double>(moves.up.size() + moves.down.size());
-  if (moving > kMostMoving * static_cast<double>(c.co.size())) return SwitchingLaw::none;
+  if (moving > Limits::kMostMoving * static_cast<double>(c.co.size())) return SwitchingLaw::none;
   std::vector<double> x(c.pv.begin(), c.pv.end());
   for (std::size_t k = 0; k < c.sp.size(); ++k) x[k] -= c.sp[k];
   if (!moves.two_levels) {
@@ -269,22 +252,21 @@ SwitchingLaw switching_law(const LoopColumns& c) {
   return pulses_follow(c, x, moves) ? SwitchingLaw::pulses : SwitchingLaw::none;
 }
 
-Feedback find_feedback(const LoopColumns& c) {
+Feedback find_feedback(const numeric::LoopView& c) {
   Feedback f;
   f.set_point_moves = !c.sp.empty() && moves(c.sp);
   std::vector<std::size_t> rows;
   std::size_t automatic = 0;
-  for (std::size_t k = kLags; k < c.co.size(); ++k) {
+  for (std::size_t k = Limits::kLawLags; k < c.co.size(); ++k) {
     if (!c.automatic.empty() && c.automatic[k] > 0.5) ++automatic;
     bool all = true;
-    for (std::size_t i = 0; i <= kLags; ++i) all = all && in_automatic(c, k - i);
+    for (std::size_t i = 0; i <= Limits::kLawLags; ++i) all = all && in_automatic(c, k - i);
     if (all) rows.push_back(k);
   }
-  constexpr std::size_t kFewest = 30;
   f.by_mode = automatic > 0;
   f.closed = f.by_mode;
-  if (rows.size() < kFewest) return f;
-  const std::size_t every = (rows.size() + kMostRows - 1) / kMostRows;
+  if (rows.size() < Limits::kFewestLawRows) return f;
+  const std::size_t every = (rows.size() + Limits::kMostRows - 1) / Limits::kMostRows;
   const auto n = static_cast<Eigen::Index>((rows.size() + every - 1) / every);
   const Eigen::Index of_sp = f.set_point_moves ? 3 : 0;
   Eigen::MatrixXd columns(n, 7 + of_sp);
@@ -300,7 +282,7 @@ Feedback find_feedback(const LoopColumns& c) {
   Regression with = regress(columns, u);
   std::vector<double> sizes;
   for (const double left : with.left) sizes.push_back(std::abs(left));
-  const double limit = kJump * numeric::kNormalOverMad * numeric::median(std::move(sizes));
+  const double limit = Limits::kJump * numeric::kNormalOverMad * numeric::median(std::move(sizes));
   std::vector<Eigen::Index> calm;
   for (Eigen::Index r = 0; r < n; ++r) {
     if (std::abs(with.left(r)) <= limit) calm.push_back(r);
@@ -318,9 +300,9 @@ Feedback find_feedback(const LoopColumns& c) {
     f.explained = std::clamp(1.0 - left, 0.0, 1.0);
   }
   const Eigen::VectorXd& solved = c.sp.empty() ? law.solved : with.solved;
-  f.closed =
-      f.by_mode || (c.automatic.empty() && (f.explained > kFeedbackShare || answers_set_point(c)) &&
-                    !goes_on_the_same_way(c));
+  f.closed = f.by_mode || (c.automatic.empty() &&
+                           (f.explained > Limits::kFeedbackShare || answers_set_point(c)) &&
+                           !goes_on_the_same_way(c));
   for (std::size_t i = 0; i < 3; ++i) {
     const auto at = static_cast<Eigen::Index>(i);
     f.own[i] = solved(1 + at) + (i == 0 ? 1.0 : 0.0);
@@ -337,11 +319,11 @@ Feedback find_feedback(const LoopColumns& c) {
   return f;
 }
 
-std::vector<double> outside_output(const LoopColumns& c, const Feedback& f,
+std::vector<double> outside_output(const numeric::LoopView& c, const Feedback& f,
                                    const plant::ProcessParameters& parameters, double period_s) {
   const std::size_t n = c.co.size();
   const auto [low, high] = std::minmax_element(c.co.begin(), c.co.end());
-  const double far = kRunsAway * (*high - *low);
+  const double far = Limits::kRunsAway * (*high - *low);
   plant::Process process(parameters, period_s);
   process.reset(0.0);
   std::vector<double> u(n, 0.0);
@@ -349,7 +331,7 @@ std::vector<double> outside_output(const LoopColumns& c, const Feedback& f,
   for (std::size_t k = 0; k < n; ++k) {
     if (!in_automatic(c, k)) {
       u[k] = c.co[k] - c.co.front();
-    } else if (k >= kLags) {
+    } else if (k >= Limits::kLawLags) {
       double now = f.jumps.empty() ? 0.0 : f.jumps[k];
       for (std::size_t i = 0; i < 3; ++i) {
         now += f.own[i] * u[k - 1 - i] + f.of_pv[i] * y[k - i];
@@ -363,7 +345,7 @@ std::vector<double> outside_output(const LoopColumns& c, const Feedback& f,
   return u;
 }
 
-PiGains find_pi_gains(const LoopColumns& c, double period_s) {
+PiGains find_pi_gains(const numeric::LoopView& c) {
   PiGains gains;
   const auto [low, high] = std::minmax_element(c.co.begin(), c.co.end());
   std::vector<std::size_t> rows;
@@ -381,8 +363,8 @@ PiGains find_pi_gains(const LoopColumns& c, double period_s) {
     const std::size_t k = rows[static_cast<std::size_t>(r)];
     const double e = sp(k) - c.pv[k];
     columns(r, 0) = e - (sp(k - 1) - c.pv[k - 1]);
-    columns(r, 1) = e * period_s;
-    if (!sp_known) columns(r, 2) = period_s;
+    columns(r, 1) = e * c.period_s;
+    if (!sp_known) columns(r, 2) = c.period_s;
     move(r) = c.co[k] - c.co[k - 1];
   }
   const Regression found = regress(columns, move);

@@ -1,55 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
-// Finds out whether a controller moved CO, and which moves of CO had an external cause.
-//
-//   u(k) = a1 u(k-1) + a2 u(k-2) + a3 u(k-3) + b0 y(k) + b1 y(k-1) + b2 y(k-2)
-//          + c0 sp(k) + c1 sp(k-1) + c2 sp(k-2) + m + n(k)
-//
-// The law is fitted by least squares over the samples in automatic. The loop is closed if the mode
-// of the record is automatic. Without a mode it is closed if the terms in y explain a good part
-// (0.3) of the variance that the past of u and SP leave, or if CO moves after the moves of SP. In
-// open loop they explain almost no variance, because y follows from u, not u from y. Rows with a
-// constant CO don't count as explained, however exact the log is. If PV moves in the same direction
-// before and after a step of CO, CO is logged too late, and no controller acts against PV.
-//
-// A controller that mostly keeps CO constant has no such law. switching_law() recognises three
-// kinds by the times at which CO moves:
-//   two levels  CO switches at the first row after PV has passed a level, and not at fixed times
-//   pulses      CO is switched on at equal times; PV sets the on-share of the cycle
-//   gap action  CO moves up only while PV (or SP - PV) is low, and down only while it is high
-//
-// External moves in closed loop are the moves of SP, through c, and manual moves of CO. Without a
-// column sp they are the jumps in n, beyond eight robust standard deviations of n. outside_output()
-// runs the loop of this law and a process with only these moves. The result is the part of CO that
-// identifies the process, whatever the disturbance is.
+// Finds out whether a controller moved CO, and which moves of CO had an external cause. Equations
+// and sources: docs/math/sticking-cycle.md.
 //
 // Rows are the samples in which the controller acts: every n-th sample of a faster record
-// (identification.cpp).
-//
-// Errors: no exceptions.
+// (identification.cpp). Errors: no exceptions.
 // Limits: no other controllers that are far from linear; no operator who slowly moves a manual
 // valve after PV. A switching controller with an exactly repeating record counts as a clock,
 // because it has no external moves.
-//
-// Source: Söderström, Gustavsson and Ljung, Int. J. Control 21 (1975) (identifiability in closed
-// loop); Van den Hof and Schrama, Automatica 29 (1993) (two stages: CO as the set point alone would
-// have it).
 #pragma once
 
 #include <array>
-#include <cstddef>
 #include <cstdint>
-#include <span>
 #include <vector>
 
+#include "model/numeric/loop_record.hpp"
 #include "model/plant/process.hpp"
 
 namespace loopwarden::analysis {
-
-// Columns of one length, without gaps; `sp` and `automatic` may be empty.
-struct LoopColumns {
-  std::span<const double> co, pv, sp;
-  std::span<const double> automatic;  // 1: a controller moved CO, 0: manual
-};
 
 // The law of the controller.
 struct Feedback {
@@ -64,16 +31,16 @@ struct Feedback {
 };
 
 // Returns the fitted law of the controller and whether the loop is closed.
-Feedback find_feedback(const LoopColumns& columns);
+Feedback find_feedback(const numeric::LoopView& columns);
 
 enum class SwitchingLaw : std::uint8_t { none, two_levels, pulses, gap_action };
 const char* to_text(SwitchingLaw law) noexcept;
 // Returns the law of a switching controller, or `none`.
-SwitchingLaw switching_law(const LoopColumns& columns);
+SwitchingLaw switching_law(const numeric::LoopView& columns);
 
 // Returns the CO that only the external moves would cause, as a deviation from 0, CO units. It is
 // empty if that loop is unstable, because such a law can't have controlled this process.
-std::vector<double> outside_output(const LoopColumns& columns, const Feedback& feedback,
+std::vector<double> outside_output(const numeric::LoopView& columns, const Feedback& feedback,
                                    const plant::ProcessParameters& process, double period_s);
 
 // Gains of u = kp e + ki integral(e), e = SP - PV, by least squares on the differences of CO. Their
@@ -84,6 +51,6 @@ struct PiGains {
   double explained = 0.0;  // explained share of the moves of CO, 0 to 1
   double set_point = 0.0;  // PV units, the estimate if SP is not given
 };
-PiGains find_pi_gains(const LoopColumns& columns, double period_s);
+PiGains find_pi_gains(const numeric::LoopView& columns);
 
 }  // namespace loopwarden::analysis

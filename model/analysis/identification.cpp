@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "model/analysis/excitation.hpp"
+#include "model/analysis/limits.hpp"
 #include "model/numeric/statistics.hpp"
 #include "model/numeric/text.hpp"
 
@@ -15,21 +16,6 @@ namespace loopwarden::analysis {
 namespace {
 
 using Values = std::vector<double>;
-
-constexpr std::size_t kFewestSamples = 30;
-constexpr std::size_t kMostSamples = 20'000;
-constexpr double kMostOutsideMargin = 0.2;  // share of the gain
-constexpr double kSpanOverBand = 4.0;       // least ratio of the range of CO to the band of a cycle
-constexpr double kMostFactor = 2.0;         // from the gain to the ends of its interval
-constexpr double kSamplesALag = 20.0;       // samples per lag that a thinned record keeps
-constexpr double kHalf = 0.5;         // share of the error of a straight line, or of another fit
-constexpr std::size_t kMostLate = 3;  // samples, delay of CO in the log
-constexpr double kFarBetter = 0.8;    // share of the sum of squares
-// periods: shorter lags are uncertain by a factor of kLagFactor
-constexpr double kSlowLogging = 3.0;
-constexpr double kLagFactor = 2.0;
-constexpr double kBentGain = 1.5;     // from one end of the travel to the other
-constexpr double kBentLeaves = 0.25;  // share of the squared error of one gain
 
 std::string number(double value, int digits = 6) { return numeric::text("%.*g", digits, value); }
 
@@ -46,24 +32,19 @@ Values closed_up(std::span<const double> column) {
   return out;
 }
 
-struct Columns {
-  Values co, pv, sp, automatic;  // without gaps
-  Values measured;               // PV with its gaps
-  double period_s = 0.1;
-
-  std::size_t size() const noexcept { return co.size(); }
+// Without gaps.
+struct Columns : numeric::LoopRecord {
+  Values measured;  // PV with its gaps
 };
 
 // The columns at the samples in which the controller acts. A record may be faster than the
 // controller, or CO may be sent only after it has moved enough. If CO moves in most samples, every
 // sample is used.
 struct ControllerRows {
-  Values co, pv, sp, automatic;
+  numeric::LoopRecord loop;
   std::size_t first = 0;  // sample
   std::size_t every = 1;  // samples
-  double period_s = 0.1;
 
-  LoopColumns loop() const { return {.co = co, .pv = pv, .sp = sp, .automatic = automatic}; }
   // Returns a column of `samples` values from one value per row.
   Values held(const Values& of_rows, std::size_t samples) const {
     Values out;
@@ -74,24 +55,18 @@ struct ControllerRows {
   }
 };
 
-Columns columns_of(const IdentificationRecord& record) {
-  if (record.co.size() != record.pv.size() || record.co.size() < kFewestSamples) {
+Columns columns_of(const numeric::LoopView& record) {
+  if (record.co.size() != record.pv.size() || record.co.size() < Limits::kFewestSamples) {
     throw IdentificationError("a record of at least 30 samples with CO and PV is needed");
   }
-  const auto measured = [](double v) { return std::isfinite(v); };
-  if (std::count_if(record.pv.begin(), record.pv.end(), measured) <
-      static_cast<std::ptrdiff_t>(kFewestSamples)) {
+  if (record.size() - numeric::missing(record.pv) < Limits::kFewestSamples) {
     throw IdentificationError("PV is missing nearly everywhere");
   }
-  Columns c{.co = closed_up(record.co),
-            .pv = closed_up(record.pv),
-            .sp = {},
-            .automatic = {},
-            .measured = {record.pv.begin(), record.pv.end()},
-            .period_s = record.sample_time_s};
-  if (std::any_of(record.sp.begin(), record.sp.end(), measured)) c.sp = closed_up(record.sp);
-  if (std::any_of(record.mode.begin(), record.mode.end(), measured)) {
-    c.automatic = closed_up(record.mode);
+  Columns c{{.period_s = record.period_s, .pv = closed_up(record.pv), .co = closed_up(record.co)},
+            {record.pv.begin(), record.pv.end()}};
+  if (numeric::LoopRecord::has_value(record.sp)) c.sp = closed_up(record.sp);
+  if (numeric::LoopRecord::has_value(record.automatic)) {
+    c.automatic = closed_up(record.automatic);
     for (double& v : c.automatic) v = v == 0.0 ? 0.0 : 1.0;
   }
   const auto still = [](const Values& v) {
@@ -103,13 +78,12 @@ Columns columns_of(const IdentificationRecord& record) {
 }
 
 ControllerRows controller_rows(const Columns& c) {
-  constexpr std::size_t kFewestMoves = 60;  // fewer moves, perhaps manual ones, show no period
   std::vector<std::size_t> moved;
   for (std::size_t k = 1; k < c.size(); ++k) {
     if (c.co[k] != c.co[k - 1]) moved.push_back(k);
   }
   ControllerRows rows;
-  if (moved.size() >= kFewestMoves) {
+  if (moved.size() >= Limits::kFewestMoves) {
     rows.every = static_cast<std::size_t>(
         std::lround(static_cast<double>(c.size() - 1) / static_cast<double>(moved.size())));
   }
@@ -117,16 +91,16 @@ ControllerRows controller_rows(const Columns& c) {
   for (const std::size_t k : moved) ++moved_at[k % rows.every];
   rows.first = static_cast<std::size_t>(std::max_element(moved_at.begin(), moved_at.end()) -
                                         moved_at.begin());
-  rows.period_s = c.period_s * static_cast<double>(rows.every);
+  rows.loop.period_s = c.period_s * static_cast<double>(rows.every);
   const auto taken = [&](const Values& column) {
     Values out;
     for (std::size_t k = rows.first; k < column.size(); k += rows.every) out.push_back(column[k]);
     return out;
   };
-  rows.co = taken(c.co);
-  rows.pv = taken(c.pv);
-  rows.sp = taken(c.sp);
-  rows.automatic = taken(c.automatic);
+  rows.loop.co = taken(c.co);
+  rows.loop.pv = taken(c.pv);
+  rows.loop.sp = taken(c.sp);
+  rows.loop.automatic = taken(c.automatic);
   return rows;
 }
 
@@ -201,26 +175,26 @@ std::size_t busiest(const Values& column, std::size_t length) {
 SamplesUsed choose_samples(const Columns& c, const Feedback& feedback,
                            std::vector<std::string>& notes) {
   SamplesUsed used{.from = 0, .thinned = 1, .count = c.size()};
-  if (c.size() <= kMostSamples) return used;
+  if (c.size() <= Limits::kMostSamples) return used;
   // The time constant of the process, from the whole record with the strongest thinning.
-  used.thinned = (c.size() + kMostSamples / 4 - 1) / (kMostSamples / 4);
+  used.thinned = (c.size() + Limits::kMostSamples / 4 - 1) / (Limits::kMostSamples / 4);
   used.count = c.size() / used.thinned;
   const PredictionFit rough = start_fit(samples_of(c, used), false);
   const double rough_s = rough.time_constant_s;
-  double longest = rough_s / (kSamplesALag * c.period_s);
+  double longest = rough_s / (Limits::kSamplesPerLag * c.period_s);
   // Moves of the controller within a thinned sample must not reach PV within this sample.
   if (feedback.closed) longest = std::min(longest, rough.dead_time_s / (2.0 * c.period_s));
   const auto most = static_cast<std::size_t>(std::max(1.0, longest));
-  used.thinned = std::min((c.size() + kMostSamples - 1) / kMostSamples, most);
+  used.thinned = std::min((c.size() + Limits::kMostSamples - 1) / Limits::kMostSamples, most);
   if (used.thinned > 1) {
     notes.push_back("thinned: means of " + std::to_string(used.thinned) +
                     " samples, because the process is slow");
   }
   used.count = c.size() / used.thinned;
-  if (used.count <= kMostSamples) return used;
-  used.count = kMostSamples;
+  if (used.count <= Limits::kMostSamples) return used;
+  used.count = Limits::kMostSamples;
   const bool by_set_point = feedback.closed && feedback.set_point_moves;
-  used.from = busiest(by_set_point ? c.sp : c.co, kMostSamples * used.thinned);
+  used.from = busiest(by_set_point ? c.sp : c.co, Limits::kMostSamples * used.thinned);
   const double from_s = static_cast<double>(used.from) * c.period_s;
   const double length_s = static_cast<double>(used.count * used.thinned) * c.period_s;
   notes.push_back("cut to the stretch in which " + std::string(by_set_point ? "SP" : "CO") +
@@ -278,8 +252,8 @@ ProcessFit behind_valve(const StickingCycle& cycle) {
 std::string too_wide(const Estimate& gain) {
   const double near = std::min(std::abs(gain.low), std::abs(gain.high));
   const double far = std::max(std::abs(gain.low), std::abs(gain.high));
-  if (gain.low * gain.high > 0.0 && kMostFactor * near >= std::abs(gain.value) &&
-      far <= kMostFactor * std::abs(gain.value)) {
+  if (gain.low * gain.high > 0.0 && Limits::kMostFactor * near >= std::abs(gain.value) &&
+      far <= Limits::kMostFactor * std::abs(gain.value)) {
     return {};
   }
   return "The gain lies between " + number(gain.low, 3) + " and " + number(gain.high, 3) +
@@ -327,13 +301,13 @@ Samples with_co_earlier(const Samples& s, std::size_t samples) {
 // Returns the number of samples by which CO is logged too late. PV can respond at the earliest in
 // the row after the move of CO.
 std::size_t late_samples(const Samples& s) {
-  double least = kFarBetter * start_fit(s, false).sum_squares;
+  double least = Limits::kFarBetter * start_fit(s, false).sum_squares;
   std::size_t late = 0;
-  for (std::size_t by = 1; by <= kMostLate; ++by) {
+  for (std::size_t by = 1; by <= Limits::kMostLate; ++by) {
     const PredictionFit fit = start_fit(with_co_earlier(s, by), false);
     // A larger shift would count as dead time.
     if (!(fit.sum_squares < least)) continue;
-    least = kFarBetter * fit.sum_squares;
+    least = Limits::kFarBetter * fit.sum_squares;
     late = by;
   }
   return late;
@@ -399,8 +373,8 @@ Intervals widened(Intervals i, double by) {
 // between samples.
 void allow_for_slow_logging(Intervals& i, double period_s) {
   for (Estimate* lag : {&i.time_constant_s, &i.second_lag_s}) {
-    lag->low = std::min(lag->low, lag->value / kLagFactor);
-    lag->high = std::max(lag->high, lag->value * kLagFactor);
+    lag->low = std::min(lag->low, lag->value / Limits::kLagFactor);
+    lag->high = std::max(lag->high, lag->value * Limits::kLagFactor);
   }
   i.dead_time_s.low = std::max(0.0, std::min(i.dead_time_s.low, i.dead_time_s.value - period_s));
   i.dead_time_s.high = std::max(i.dead_time_s.high, i.dead_time_s.value + period_s);
@@ -440,11 +414,10 @@ namespace {
 
 Identification by_outside_moves(const Columns& c) {
   const ControllerRows rows = controller_rows(c);
-  const Feedback feedback = find_feedback(rows.loop());
+  const Feedback feedback = find_feedback(rows.loop.view());
   Identification out;
   if (!feedback.closed || feedback.by_mode) {
-    const SwitchingLaw law =
-        switching_law({.co = c.co, .pv = c.pv, .sp = c.sp, .automatic = c.automatic});
+    const SwitchingLaw law = switching_law(c.view());
     if (law != SwitchingLaw::none) {
       out.closed_loop = true;
       out.by_mode = feedback.by_mode;
@@ -480,7 +453,7 @@ Identification by_outside_moves(const Columns& c) {
 
   // The simplest form determines the noise order for the other forms.
   PredictionFit base = start_fit(s, false);
-  for (std::size_t order = 0; order <= kMostNoiseOrder; ++order) {
+  for (std::size_t order = 0; order <= Limits::kMostNoiseOrder; ++order) {
     if (order == 1) continue;
     const PredictionFit other = with_noise_order(s, base, order);
     if (other.criterion < base.criterion) base = other;
@@ -490,11 +463,12 @@ Identification by_outside_moves(const Columns& c) {
   std::size_t best = least_criterion(fits);
   const double line = left_by_line(s);
   double wider = 1.0;
-  if (const double left = free_run_rms(s, fits[best]); !feedback.closed && left > kHalf * line) {
+  if (const double left = free_run_rms(s, fits[best]);
+      !feedback.closed && left > Limits::kHalf * line) {
     std::vector<PredictionFit> exact =
         all_forms(s, refined(s, with_noise_order(s, start_fit(s, false), 0)));
     const std::size_t best_exact = least_criterion(exact);
-    if (free_run_rms(s, exact[best_exact]) < kHalf * left) {
+    if (free_run_rms(s, exact[best_exact]) < Limits::kHalf * left) {
       fits = std::move(exact);
       best = best_exact;
       wider = widening(s, fits[best]);
@@ -505,7 +479,7 @@ Identification by_outside_moves(const Columns& c) {
   constexpr double kInfinite = std::numeric_limits<double>::infinity();
   const double quickest = is_integrating(fits[best].form) ? kInfinite : fits[best].time_constant_s;
   const bool slow_logging =
-      quickest < kSlowLogging * s.period_s && (feedback.closed || quickest < s.period_s);
+      quickest < Limits::kSlowLogging * s.period_s && (feedback.closed || quickest < s.period_s);
   if (slow_logging) {
     out.notes.push_back("the time constant is about the sampling period of " +
                         number(s.period_s, 4) +
@@ -541,7 +515,7 @@ Identification by_outside_moves(const Columns& c) {
   }
   Values outside = s.u;
   if (feedback.closed) {
-    outside = outside_output(rows.loop(), feedback, chosen.process(), rows.period_s);
+    outside = outside_output(rows.loop.view(), feedback, chosen.process(), rows.loop.period_s);
     if (outside.empty()) {
       out.reason = "The loop is closed, but how CO follows from SP and PV could not be found.";
       out.settle = "Step CO in manual, or give the column `mode`.";
@@ -553,7 +527,7 @@ Identification by_outside_moves(const Columns& c) {
   }
   const double error = gain_error_under(s, fits[best], outside);
   out.outside_margin = 1.96 * error / std::abs(chosen.gain.value);
-  if (!(out.outside_margin <= kMostOutsideMargin)) {
+  if (!(out.outside_margin <= Limits::kMostOutsideMargin)) {
     const char* const moved =
         !feedback.closed ? "The movement of CO"
         : c.sp.empty()
@@ -593,10 +567,6 @@ namespace {
 // to the 90 % quantile. One sample after the jump, the stem has also followed CO for one to two
 // samples. Empty if the stem starts from rest too seldom.
 std::optional<Estimate> slip_jump(const Values& stem, const Values& co) {
-  constexpr double kNoise = 6.0;    // robust standard deviations of the stem's moves
-  constexpr double kLeast = 1e-3;   // share of the stem's range
-  constexpr std::size_t kRest = 3;  // samples
-  constexpr std::size_t kFewestSlips = 6;
   Values moves{0.0};
   Values sizes;
   for (std::size_t k = 1; k < stem.size(); ++k) {
@@ -605,7 +575,8 @@ std::optional<Estimate> slip_jump(const Values& stem, const Values& co) {
   }
   const auto [low, high] = std::minmax_element(stem.begin(), stem.end());
   const double still =
-      std::max(kNoise * numeric::kNormalOverMad * numeric::median(sizes), kLeast * (*high - *low));
+      std::max(Limits::kSlipNoise * numeric::kNormalOverMad * numeric::median(sizes),
+               Limits::kLeastSlip * (*high - *low));
   Values least;
   Values jumps;
   Values most;
@@ -615,7 +586,7 @@ std::optional<Estimate> slip_jump(const Values& stem, const Values& co) {
       ++rested;
       continue;
     }
-    if (rested >= kRest) {
+    if (rested >= Limits::kSlipRest) {
       const double travel = stem[k + 1] - stem[k - 1];
       const double along = std::copysign(1.0, travel) * (co[k + 1] - co[k - 1]);
       const double followed = std::isfinite(along) ? std::max(along, 0.0) : 0.0;
@@ -625,18 +596,15 @@ std::optional<Estimate> slip_jump(const Values& stem, const Values& co) {
     }
     rested = 0;
   }
-  if (jumps.size() < kFewestSlips) return std::nullopt;
+  if (jumps.size() < Limits::kFewestSlips) return std::nullopt;
   return Estimate{numeric::median(jumps), numeric::quantile(least, 0.1),
                   numeric::quantile(most, 0.9)};
 }
 
 // With a measured stem, takes the slip jump from the stem and identifies the process from the stem
 // to PV.
-void take_stem(Identification& out, const Columns& c, const IdentificationRecord& record) {
-  if (record.stem.size() != c.size() || std::none_of(record.stem.begin(), record.stem.end(),
-                                                     [](double v) { return std::isfinite(v); })) {
-    return;
-  }
+void take_stem(Identification& out, const Columns& c, const numeric::LoopView& record) {
+  if (record.stem.size() != c.size() || !numeric::LoopRecord::has_value(record.stem)) return;
   const Values stem = closed_up(record.stem);
   if (const std::optional<Estimate> jump = slip_jump(stem, c.co)) {
     out.cycle->j = *jump;
@@ -659,15 +627,12 @@ void take_stem(Identification& out, const Columns& c, const IdentificationRecord
 }  // namespace
 
 std::optional<StaticGain> static_gain(std::span<const double> co, std::span<const double> pv) {
-  constexpr std::size_t kFewestRows = 12;  // per rest; the last third of a rest counts
-  constexpr std::size_t kFewestRests = 8;
-  constexpr std::size_t kFewestLevels = 5;
   std::vector<std::pair<double, double>> rests;
   std::size_t from = 0;
   for (std::size_t k = 1; k <= co.size(); ++k) {
     if (k < co.size() && co[k] == co[from]) continue;
     const std::size_t length = k - from;
-    if (length >= kFewestRows) {
+    if (length >= Limits::kFewestRestRows) {
       const auto tail = pv.subspan(k - length / 3, length / 3);
       rests.emplace_back(co[from], numeric::mean(tail));
     }
@@ -678,7 +643,7 @@ std::optional<StaticGain> static_gain(std::span<const double> co, std::span<cons
   for (std::size_t i = 1; i < rests.size(); ++i) {
     if (rests[i].first > rests[i - 1].first) ++levels;
   }
-  if (rests.size() < kFewestRests || levels < kFewestLevels) return std::nullopt;
+  if (rests.size() < Limits::kFewestRests || levels < Limits::kFewestLevels) return std::nullopt;
   // A line and a parabola of PV over CO, with CO scaled to -1 to 1.
   const double middle = 0.5 * (rests.front().first + rests.back().first);
   const double half = 0.5 * (rests.back().first - rests.front().first);
@@ -717,13 +682,13 @@ std::optional<StaticGain> static_gain(std::span<const double> co, std::span<cons
                         .at_high = slope(kThird, 1.0)};
   const double lesser = std::min(std::abs(gain.at_low), std::abs(gain.at_high));
   const double greater = std::max(std::abs(gain.at_low), std::abs(gain.at_high));
-  if (parabola_left > kBentLeaves * line_left || !(greater >= kBentGain * lesser)) {
+  if (parabola_left > Limits::kBentLeaves * line_left || !(greater >= Limits::kBentGain * lesser)) {
     return std::nullopt;
   }
   return gain;
 }
 
-Identification identify(const IdentificationRecord& record) {
+Identification identify(const numeric::LoopView& record) {
   const Columns c = columns_of(record);
   Identification out = by_outside_moves(c);
   if (out.can_tell()) return out;
@@ -770,7 +735,7 @@ plant::LoopModel stem_follows_output(std::span<const double> co, double sample_t
   return model;
 }
 
-AssumedModel assumed_model(const IdentificationRecord& record, const KnownRanges& known) {
+AssumedModel assumed_model(const numeric::LoopView& record, const KnownRanges& known) {
   AssumedModel out;
   out.identification = identify(record);
   const std::optional<StickingCycle>& cycle = out.identification.cycle;
@@ -779,7 +744,7 @@ AssumedModel assumed_model(const IdentificationRecord& record, const KnownRanges
       out.identification.can_tell() ? out.identification.best() : behind_valve(*cycle);
   const Columns c = columns_of(record);
   plant::LoopModel model;
-  model.sample_time_s = record.sample_time_s;
+  model.sample_time_s = record.period_s;
   model.process = best.process();
   const auto relative = [](const Estimate& e, double least) {
     const double half = (std::min(e.high, 2.0 * e.value) - e.low) / 2.0;
@@ -807,7 +772,8 @@ AssumedModel assumed_model(const IdentificationRecord& record, const KnownRanges
   }
   auto [co_low, co_high] = known.co.value_or(assumed_range(c.co));
   if (cycle && !known.co) {  // the band fills the used range, so the true range is wider
-    const double more = std::max(0.0, kSpanOverBand * cycle->s.value - (co_high - co_low)) / 2.0;
+    const double more =
+        std::max(0.0, Limits::kSpanOverBand * cycle->s.value - (co_high - co_low)) / 2.0;
     co_low -= more;
     co_high += more;
   }
@@ -823,9 +789,8 @@ AssumedModel assumed_model(const IdentificationRecord& record, const KnownRanges
   say_range("CO", co_low, co_high, known.co.has_value());
   say_range("PV", pv_low, pv_high, known.pv.has_value());
   const ControllerRows rows = controller_rows(c);
-  const PiGains gains = find_pi_gains(rows.loop(), rows.period_s);
-  constexpr double kUnderstood = 0.5;
-  if (out.identification.closed_loop && gains.explained >= kUnderstood) {
+  const PiGains gains = find_pi_gains(rows.loop.view());
+  if (out.identification.closed_loop && gains.explained >= Limits::kUnderstood) {
     out.controller_known = true;
     const bool direct = gains.kp < 0.0;
     model.controller.pid.action = direct ? control::Action::direct : control::Action::reverse;
@@ -851,7 +816,7 @@ AssumedModel assumed_model(const IdentificationRecord& record, const KnownRanges
 
 Tangent tangent_method(std::span<const double> co, std::span<const double> pv,
                        double sample_time_s) {
-  const Columns c = columns_of({.co = co, .pv = pv, .sp = {}, .sample_time_s = sample_time_s});
+  const Columns c = columns_of({.period_s = sample_time_s, .pv = pv, .co = co});
   std::size_t at = 0;
   double largest = 0.0;
   double travel = 0.0;
@@ -864,11 +829,11 @@ Tangent tangent_method(std::span<const double> co, std::span<const double> pv,
     }
   }
   if (travel > 1.05 * largest) {
-    throw IdentificationError("the tangent needs a record with one step of CO and no other move");
+    throw IdentificationError("the record needs exactly one step of CO");
   }
   const auto mean = [&](std::size_t from, std::size_t to) {
     const double value = mean_of(c.measured, from, to);
-    if (std::isnan(value)) throw IdentificationError("PV is missing where the tangent needs it");
+    if (std::isnan(value)) throw IdentificationError("PV is missing during the step");
     return value;
   };
   const std::size_t n = c.measured.size();

@@ -38,7 +38,6 @@
 // (1942); Sewdass, thesis, figure 6.4.
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <optional>
 #include <span>
@@ -49,6 +48,7 @@
 
 #include "model/analysis/prediction_error.hpp"
 #include "model/analysis/sticking_cycle.hpp"
+#include "model/numeric/loop_record.hpp"
 #include "model/plant/loop_model.hpp"
 #include "model/plant/process.hpp"
 
@@ -77,14 +77,6 @@ struct ProcessFit {
   std::vector<double> free_run;  // PV units, at the samples used
 
   plant::ProcessParameters process() const;
-};
-
-// Columns of one length; NaN is a missing sample. `sp`, `mode` and `stem` may be empty.
-struct IdentificationRecord {
-  std::span<const double> co, pv, sp;
-  std::span<const double> mode{};  // 0 manual, otherwise automatic
-  std::span<const double> stem{};  // CO units, the positioner's read-back
-  double sample_time_s = 0.1;
 };
 
 // The fitted samples: `count` means of `thinned` samples each, starting at sample `from` of the
@@ -116,7 +108,7 @@ struct Identification {
 };
 
 // Identifies the process. Throws IdentificationError.
-Identification identify(const IdentificationRecord& record);
+Identification identify(const numeric::LoopView& record);
 
 // The gain at both ends of the travel of CO in the record, from the samples at which CO and PV
 // rest. It is empty if there are too few rests or if one gain fits all of them.
@@ -144,7 +136,7 @@ struct AssumedModel {
       false;  // false: a proportional controller replaces it, and only the measured CO counts
 };
 // Returns the model. Throws IdentificationError.
-AssumedModel assumed_model(const IdentificationRecord& record, const KnownRanges& known = {});
+AssumedModel assumed_model(const numeric::LoopView& record, const KnownRanges& known = {});
 // Returns the range of a signal from its measured values: 0 to 100 or 0 to 10 if it fits, otherwise
 // the measured range plus a tenth on either side.
 std::pair<double, double> assumed_range(std::span<const double> column);

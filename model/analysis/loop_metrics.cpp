@@ -6,33 +6,30 @@
 #include <cstddef>
 #include <vector>
 
+#include "model/numeric/loop_record.hpp"
+
 namespace loopwarden::analysis {
 namespace {
 
 void measure_error(std::span<const double> sp, std::span<const double> pv, LoopMetrics& m) {
   double sum = 0.0;
-  double sum_abs = 0.0;
   double sum_squares = 0.0;
   std::size_t count = 0;
   for (std::size_t k = 0; k < pv.size(); ++k) {
     const double e = sp[k] - pv[k];
     if (!std::isfinite(e)) continue;
     sum += e;
-    sum_abs += std::abs(e);
     sum_squares += e * e;
     ++count;
   }
   if (count == 0) return;
   const auto n = static_cast<double>(count);
   m.mean_error = sum / n;
-  m.mean_abs_error = sum_abs / n;
   m.rms_error = std::sqrt(sum_squares / n);
 }
 
 void measure_swing(std::span<const double> pv, double sample_time_s, LoopMetrics& m) {
-  std::vector<double> sorted;
-  std::copy_if(pv.begin(), pv.end(), std::back_inserter(sorted),
-               [](double v) { return std::isfinite(v); });
+  std::vector<double> sorted = numeric::known(pv);
   if (sorted.size() < 2) return;
   const auto percentile = [&](double share) {
     const auto nth = sorted.begin() +

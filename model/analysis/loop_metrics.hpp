@@ -3,7 +3,6 @@
 //
 //   rms_error          sqrt(mean (SP - PV)^2), PV units: the figure of merit of a compensator
 //   mean_error         mean (SP - PV), PV units
-//   mean_abs_error     mean |SP - PV|, PV units
 //   amplitude          half the distance between the 5th and the 95th percentile of PV, PV units
 //   period             s, mean time between upward crossings of the middle of these percentiles,
 //                      with a hysteresis of a third of the amplitude; 0 below two crossings
@@ -23,7 +22,6 @@ namespace loopwarden::analysis {
 struct LoopMetrics {
   double rms_error = 0.0;           // PV units
   double mean_error = 0.0;          // PV units
-  double mean_abs_error = 0.0;      // PV units
   double amplitude = 0.0;           // PV units
   double period_s = 0.0;            // s
   double travel_per_hour = 0.0;     // CO units / h

@@ -8,10 +8,10 @@
 
 namespace loopwarden::analysis {
 
-LoopRecord run_model(const plant::LoopModel& model, double duration_s) {
+SimulatedRecord run_model(const plant::LoopModel& model, double duration_s) {
   plant::SimulatedLoop loop(model);
-  LoopRecord record;
-  record.sample_time_s = model.sample_time_s;
+  SimulatedRecord record;
+  record.period_s = model.sample_time_s;
   const auto samples = static_cast<std::size_t>(std::floor(duration_s / model.sample_time_s)) + 1;
   for (std::size_t k = 0; k < samples; ++k) {
     const plant::LoopSample s = loop.step();

@@ -6,23 +6,22 @@
 #include <vector>
 
 #include "model/analysis/step_metrics.hpp"
+#include "model/numeric/loop_record.hpp"
 #include "model/plant/loop_model.hpp"
 
 namespace loopwarden::analysis {
 
-struct LoopRecord {
-  std::vector<double> sp, pv, co, stem;
+struct SimulatedRecord : numeric::LoopRecord {
   std::vector<double> true_pv;  // before noise and resolution of the transmitter
-  double sample_time_s = 0.1;   // s
 };
 
 // Runs the model in closed loop for `duration_s`, s, and returns its columns.
-LoopRecord run_model(const plant::LoopModel& model, double duration_s);
+SimulatedRecord run_model(const plant::LoopModel& model, double duration_s);
 
 // The response of the loop to two steps at mid range: a set-point step of 10 % of the transmitter's
 // range, then a disturbance step of -10 % of it.
 struct PredictedResponse {
-  LoopRecord record;                 // starts at the set-point step
+  SimulatedRecord record;            // starts at the set-point step
   StepMetrics step;                  // of the set-point step
   double load_absolute_error = 0.0;  // integral of |SP - PV| after the disturbance step, PV units s
   std::size_t load_from = 0;         // sample of the disturbance step

@@ -8,6 +8,7 @@
 #include <optional>
 #include <utility>
 
+#include "model/analysis/limits.hpp"
 #include "model/analysis/prediction_problem.hpp"
 #include "model/numeric/enum_name.hpp"
 
@@ -66,7 +67,8 @@ GridPoint best_of_grid(const Samples& s, bool integrating, const NoiseModel& noi
   if (integrating) take_off(y, slope, slopes);
   const double all = view(y, 0, n).squaredNorm();
   GridPoint best;
-  const auto most_delay = static_cast<std::size_t>(kLongestDeadTime * static_cast<double>(n));
+  const auto most_delay =
+      static_cast<std::size_t>(Limits::kLongestDeadTime * static_cast<double>(n));
   const double longest = integrating ? 0.7 * s.period_s : s.length_s() / 2.0;
   for (double t = 0.5 * s.period_s; t < longest; t *= 1.6) {
     Column g = unit_response(

@@ -52,8 +52,6 @@ constexpr bool is_integrating(ProcessForm form) noexcept {
   return form == ProcessForm::integrating || form == ProcessForm::integrating_lag;
 }
 
-inline constexpr std::size_t kMostNoiseOrder = 3;
-
 // The samples of a fit.
 struct Samples {
   std::vector<double> u;  // CO units, minus its first value, without gaps

@@ -2,9 +2,10 @@
 // The intervals of prediction_error.hpp.
 #include <Eigen/Dense>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <functional>
+
+#include "model/analysis/limits.hpp"
 
 #include "model/analysis/prediction_problem.hpp"
 
@@ -160,7 +161,7 @@ Intervals profile_intervals(const Samples& samples, PredictionFit& fit) {
     };
     const auto of_lag = [&](std::size_t i) {
       const Estimate e = of_parameter(i, 0.7);
-      const double shortest = std::log(kShortestLag * samples.period_s);
+      const double shortest = std::log(Limits::kShortestLag * samples.period_s);
       return Estimate{.value = std::exp(e.value),
                       .low = e.low <= shortest ? 0.0 : std::exp(e.low),
                       .high = std::exp(e.high)};

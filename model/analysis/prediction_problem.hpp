@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "model/analysis/limits.hpp"
 #include "model/analysis/prediction_error.hpp"
 #include "model/numeric/least_squares.hpp"
 
@@ -20,11 +21,8 @@ namespace loopwarden::analysis {
 using Column = std::vector<double>;
 
 inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
-inline constexpr double kMostReflection = 7.0;    // atanh: poles up to 1 - 1.7e-6
-inline constexpr double kLongestDeadTime = 0.35;  // share of the record
-inline constexpr double kShortestLag = 0.05;      // share of a period
-inline constexpr double kLongestLag = 20.0;       // times the record
-inline constexpr double kExact = 1e-9;            // share of the spread of y: rounding, not noise
+inline constexpr double kMostReflection = 7.0;  // atanh: poles up to 1 - 1.7e-6
+inline constexpr double kExact = 1e-9;          // share of the spread of y: rounding, not noise
 
 // Returns 1 + p1 q^-1 + ... from reflection coefficients (Levinson).
 inline Column polynomial(const Column& atanh_reflection) {
@@ -50,7 +48,7 @@ class Whitener {
       case 1: return run_order<0>(v);
       case 2: return run_order<1>(v);
       case 3: return run_order<2>(v);
-      default: return run_order<kMostNoiseOrder>(v);
+      default: return run_order<Limits::kMostNoiseOrder>(v);
     }
   }
 
@@ -242,12 +240,12 @@ class Problem {
     for (std::size_t i = 0; i < x.size(); ++i) {
       numeric::Parameter one{.value = x[i], .difference = 1e-5};
       if (i < layout_.lags()) {
-        one.low = std::log(kShortestLag * s_.period_s);
-        one.high = std::log(kLongestLag * s_.length_s());
+        one.low = std::log(Limits::kShortestLag * s_.period_s);
+        one.high = std::log(Limits::kLongestLag * s_.length_s());
         one.largest_move = 1.0;
       } else if (i == layout_.dead()) {
         one.low = 0.0;
-        one.high = kLongestDeadTime * s_.length_s();
+        one.high = Limits::kLongestDeadTime * s_.length_s();
         one.difference = 1e-4 * s_.period_s;
       } else {
         one.low = -kMostReflection;

@@ -5,12 +5,9 @@
 #include <cmath>
 #include <numbers>
 
-namespace loopwarden::analysis {
-namespace {
-constexpr double kAgreement = 0.05;
-constexpr int kFewestPeriods = 3;
-}  // namespace
+#include "model/analysis/limits.hpp"
 
+namespace loopwarden::analysis {
 control::PidGains RelayResult::tyreus_luyben() const {
   const double kp = ultimate_gain / 3.2;
   return {.kp = kp, .ki = kp / (2.2 * ultimate_period_s)};
@@ -39,8 +36,10 @@ void RelayTest::end_period(double time_s) {
     const double period_s = time_s - period_began_s_;
     const double amplitude = (high_ - low_) / 2.0;
     ++periods_;
-    const auto agrees = [](double a, double b) { return std::abs(a - b) <= kAgreement * b; };
-    if (periods_ >= kFewestPeriods && agrees(period_s, last_period_s_) &&
+    const auto agrees = [](double a, double b) {
+      return std::abs(a - b) <= Limits::kPeriodsAgree * b;
+    };
+    if (periods_ >= Limits::kFewestPeriods && agrees(period_s, last_period_s_) &&
         agrees(amplitude, last_amplitude_) && amplitude > settings_.hysteresis) {
       const double a = (amplitude + last_amplitude_) / 2.0;
       const double effective = std::sqrt(a * a - settings_.hysteresis * settings_.hysteresis);

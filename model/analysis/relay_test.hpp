@@ -17,7 +17,6 @@
 // Res. 31 (1992) 2625-2628.
 #pragma once
 
-#include <cstddef>
 #include <optional>
 
 #include "model/control/pid.hpp"

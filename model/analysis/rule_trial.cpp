@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "model/analysis/rule_trial.hpp"
 
+#include "model/analysis/limits.hpp"
+
 namespace loopwarden::analysis {
 
 double watched_s(const plant::ProcessParameters& process) noexcept {
@@ -36,7 +38,7 @@ const RuleTrial* recommended(const std::vector<RuleTrial>& trials) noexcept {
   const RuleTrial* best = nullptr;
   for (const RuleTrial& trial : trials) {
     if (!trial.rule || !trial.scales() || !trial.margins.stable || !trial.response.settles ||
-        trial.margins.sensitivity > kMostSensitivity) {
+        trial.margins.sensitivity > Limits::kMostSensitivity) {
       continue;
     }
     if (best == nullptr ||

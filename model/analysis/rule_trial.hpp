@@ -16,9 +16,6 @@
 
 namespace loopwarden::analysis {
 
-// Robust in the sense of Åström and Hägglund (2006), section 4.6: 1.2 to 2.
-inline constexpr double kMostSensitivity = 2.0;
-
 struct RuleTrial {
   std::optional<TuningRule> rule;  // empty: the gains of the model
   control::PidGains gains;

@@ -7,6 +7,7 @@
 #include <limits>
 #include <vector>
 
+#include "model/analysis/limits.hpp"
 #include "model/numeric/statistics.hpp"
 #include "model/numeric/subplex.hpp"
 #include "model/plant/process.hpp"
@@ -17,25 +18,9 @@ namespace {
 
 using Values = std::vector<double>;
 
-constexpr std::size_t kFewestCycleSamples = 100;
-constexpr std::size_t kFewestReversals = 6;  // turns of CO: three cycles
-constexpr std::size_t kFewestStemReversals = 4;
-constexpr std::size_t kMostCycleSamples = 6000;
-constexpr double kTurnBand = 0.3;       // share of the range of CO that a turn must exceed
-constexpr double kStemTurnBand = 0.02;  // share of the range of the stem
-// Set manually from open records (examples/). For valves that don't stick, the lead was below 0,
-// or the lag reached its upper limit. For ten valves that stick, it was 86 to 764 nats in seven
-// cases and below 16 in three.
-constexpr double kLeastLead = 30.0;  // nats
-constexpr double kLeastBand = 0.2;   // s over range of CO: a cycle is little wider than its band
-constexpr double kLeastT = 1.7;      // Student's t of the lead over blocks
-constexpr double kLongestLagPlace =
-    0.95;  // share of the searched logarithmic range: beyond it the value isn't a lag
-constexpr std::size_t kBlocks = 12;
 constexpr std::array kThetas{0.0, 0.5, 0.8, 0.92, 0.97, 0.99, 1.0};
 constexpr std::size_t kFirstTheta = 3;
 constexpr std::size_t kStarts = 6;  // per ratio
-constexpr double kProfile = 3.84;   // chi-squared, one degree of freedom, 95 %
 
 struct Point {
   double s, ratio, lag_s, dead_s;
@@ -129,8 +114,8 @@ class Search {
     double qq = 0.0;
     double qy = 0.0;
     double yy = 0.0;
-    const std::size_t from = left_out_ * y.size() / kBlocks;
-    const std::size_t to = (left_out_ + 1) * y.size() / kBlocks;
+    const std::size_t from = left_out_ * y.size() / Limits::kBlocks;
+    const std::size_t to = (left_out_ + 1) * y.size() / Limits::kBlocks;
     for (std::size_t k = 0; k < y.size(); ++k) {
       if (k >= from && k < to) continue;
       qq += white[k] * white[k];
@@ -179,7 +164,7 @@ class Search {
   double period_s_;
   double mean_co_ = 0.0;
   std::vector<Values> white_pv_;
-  std::size_t left_out_ = kBlocks;
+  std::size_t left_out_ = Limits::kBlocks;
 };
 
 std::size_t best_theta(const Search& search, const Point& p) {
@@ -231,12 +216,12 @@ Candidate refined(const Search& search, const Ranges& ranges, Candidate from,
 
 // Returns Student's t of the reduction of the squared error by the band, over blocks.
 double block_t(const Values& without, const Values& with, double variance) {
-  Values gains(kBlocks, 0.0);
+  Values gains(Limits::kBlocks, 0.0);
   for (std::size_t k = 0; k < with.size(); ++k) {
-    gains[k * kBlocks / with.size()] +=
+    gains[k * Limits::kBlocks / with.size()] +=
         (without[k] * without[k] - with[k] * with[k]) / (2.0 * variance);
   }
-  return numeric::mean(gains) * std::sqrt(static_cast<double>(kBlocks)) /
+  return numeric::mean(gains) * std::sqrt(static_cast<double>(Limits::kBlocks)) /
          std::max(numeric::deviation(gains), 1e-12);
 }
 
@@ -245,10 +230,11 @@ double block_t(const Values& without, const Values& with, double variance) {
 std::optional<StickingCycle> find_sticking_cycle(std::span<const double> whole_co,
                                                  std::span<const double> whole_pv,
                                                  double period_s) {
-  if (whole_co.size() < kFewestCycleSamples) return std::nullopt;
+  if (whole_co.size() < Limits::kFewestCycleSamples) return std::nullopt;
   Values co;
   Values pv;
-  const std::size_t every = (whole_co.size() + kMostCycleSamples - 1) / kMostCycleSamples;
+  const std::size_t every =
+      (whole_co.size() + Limits::kMostCycleSamples - 1) / Limits::kMostCycleSamples;
   for (std::size_t k = 0; k + every <= whole_co.size(); k += every) {
     co.push_back(whole_co[k]);
     pv.push_back(whole_pv[k]);
@@ -257,8 +243,8 @@ std::optional<StickingCycle> find_sticking_cycle(std::span<const double> whole_c
   Values sorted = co;
   const double range = numeric::quantile(sorted, 0.98) - numeric::quantile(sorted, 0.02);
   if (!(range > 0.0)) return std::nullopt;
-  const Reversals reversals = reversals_of(co, kTurnBand * range);
-  if (reversals.count < kFewestReversals) return std::nullopt;
+  const Reversals reversals = reversals_of(co, Limits::kReversalBand * range);
+  if (reversals.count < Limits::kFewestReversals) return std::nullopt;
   const double half_cycle_s = reversals.apart * h;
   const Ranges ranges{.s_low = 0.02 * range,
                       .s_high = 1.5 * range,
@@ -315,10 +301,11 @@ std::optional<StickingCycle> find_sticking_cycle(std::span<const double> whole_c
   for (const double v : left) variance += v * v / n;
   const Values x = search.stem(stick.point.s, stick.point.ratio);
   const auto [lowest, highest] = std::minmax_element(x.begin(), x.end());
-  out.stem_reversals = reversals_of(x, kStemTurnBand * (*highest - *lowest)).count;
-  if (out.lead_nats < kLeastLead || out.stem_reversals < kFewestStemReversals ||
-      stick.point.s < kLeastBand * range || ranges.place(stick.point)[2] > kLongestLagPlace ||
-      block_t(search.left(line.point, stick.theta), left, variance) < kLeastT) {
+  out.stem_reversals = reversals_of(x, Limits::kStemReversalBand * (*highest - *lowest)).count;
+  if (out.lead_nats < Limits::kLeastLead || out.stem_reversals < Limits::kFewestStemReversals ||
+      stick.point.s < Limits::kLeastBand * range ||
+      ranges.place(stick.point)[2] > Limits::kLongestLagPlace ||
+      block_t(search.left(line.point, stick.theta), left, variance) < Limits::kLeastT) {
     return std::nullopt;
   }
   const Values q = search.answer(x, stick.point.lag_s, stick.point.dead_s);
@@ -343,7 +330,7 @@ std::optional<StickingCycle> find_sticking_cycle(std::span<const double> whole_c
   const auto found = numbers(stick);
   for (std::size_t i = 0; i < of.size(); ++i) *of[i] = {found[i], found[i], found[i]};
   const auto reach = [&](const Candidate& c) {
-    if (c.deviance > stick.deviance + kProfile) return;
+    if (c.deviance > stick.deviance + Limits::kProfile) return;
     const auto here = numbers(c);
     for (std::size_t i = 0; i < of.size(); ++i) {
       of[i]->low = std::min(of[i]->low, here[i]);
@@ -364,7 +351,7 @@ std::optional<StickingCycle> find_sticking_cycle(std::span<const double> whole_c
     reach(at);
   }
   std::vector<std::array<double, 5>> without;
-  for (std::size_t block = 0; block < kBlocks; ++block) {
+  for (std::size_t block = 0; block < Limits::kBlocks; ++block) {
     search.leave_out(block);
     Candidate at = stick;
     at.deviance = search.score(at.point, at.theta).deviance;
@@ -373,9 +360,9 @@ std::optional<StickingCycle> find_sticking_cycle(std::span<const double> whole_c
   for (std::size_t i = 0; i < of.size(); ++i) {
     double mean = 0.0;
     double squares_apart = 0.0;
-    for (const auto& w : without) mean += w[i] / static_cast<double>(kBlocks);
+    for (const auto& w : without) mean += w[i] / static_cast<double>(Limits::kBlocks);
     for (const auto& w : without) squares_apart += (w[i] - mean) * (w[i] - mean);
-    const double two = 1.96 * std::sqrt(squares_apart * (kBlocks - 1.0) / kBlocks);
+    const double two = 1.96 * std::sqrt(squares_apart * (Limits::kBlocks - 1.0) / Limits::kBlocks);
     of[i]->low = std::max(0.0, std::min(of[i]->low, of[i]->value - two));
     of[i]->high = std::max(of[i]->high, of[i]->value + two);
   }

@@ -4,10 +4,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "model/analysis/limits.hpp"
+
 namespace loopwarden::analysis {
 namespace {
 
-constexpr std::size_t kBlock = 16;        // samples
 constexpr std::size_t kStepsALength = 4;  // starts per length of a stretch
 
 // The means of a block of samples and its shares of complete and automatic samples.
@@ -18,15 +19,15 @@ struct Block {
   double automatic = 1.0;  // 0 to 1
 };
 
-std::vector<Block> blocks_of(const LongRecord& r) {
+std::vector<Block> blocks_of(const numeric::LoopView& r) {
   const std::span<const double> output = r.co.empty() ? r.pv : r.co;
-  std::vector<Block> blocks(r.pv.size() / kBlock);
+  std::vector<Block> blocks(r.pv.size() / Limits::kStretchBlock);
   for (std::size_t b = 0; b < blocks.size(); ++b) {
     Block& block = blocks[b];
     double known = 0.0;
     double by_hand = 0.0;
     double set_points = 0.0;
-    for (std::size_t k = b * kBlock; k < (b + 1) * kBlock; ++k) {
+    for (std::size_t k = b * Limits::kStretchBlock; k < (b + 1) * Limits::kStretchBlock; ++k) {
       if (!r.automatic.empty() && r.automatic[k] == 0.0) by_hand += 1.0;
       if (!r.sp.empty() && std::isfinite(r.sp[k])) {
         block.set_point += r.sp[k];
@@ -38,8 +39,8 @@ std::vector<Block> blocks_of(const LongRecord& r) {
     }
     if (known > 0.0) block.output /= known;
     if (set_points > 0.0) block.set_point /= set_points;
-    block.complete = known / static_cast<double>(kBlock);
-    block.automatic = 1.0 - by_hand / static_cast<double>(kBlock);
+    block.complete = known / static_cast<double>(Limits::kStretchBlock);
+    block.automatic = 1.0 - by_hand / static_cast<double>(Limits::kStretchBlock);
   }
   return blocks;
 }
@@ -80,12 +81,12 @@ Movement movement(std::span<const Block> blocks) {
 
 }  // namespace
 
-std::vector<std::size_t> telling_stretches(const LongRecord& record, std::size_t length,
+std::vector<std::size_t> telling_stretches(const numeric::LoopView& record, std::size_t length,
                                            std::size_t parts) {
   const std::size_t n = record.pv.size();
   if (n <= length || parts == 0) return {0};
   const std::vector<Block> blocks = blocks_of(record);
-  const std::size_t wide = std::max<std::size_t>(1, length / kBlock);
+  const std::size_t wide = std::max<std::size_t>(1, length / Limits::kStretchBlock);
   const std::size_t step = std::max<std::size_t>(1, wide / kStepsALength);
   const Movement whole = movement(blocks);
   std::vector<std::size_t> starts;
@@ -106,7 +107,7 @@ std::vector<std::size_t> telling_stretches(const LongRecord& record, std::size_t
         best_start = start;
       }
     }
-    if (best > 0.0) starts.push_back(best_start * kBlock);
+    if (best > 0.0) starts.push_back(best_start * Limits::kStretchBlock);
   }
   if (starts.empty()) starts.push_back(0);
   return starts;

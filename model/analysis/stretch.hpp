@@ -11,21 +11,16 @@
 #pragma once
 
 #include <cstddef>
-#include <span>
 #include <vector>
+
+#include "model/numeric/loop_record.hpp"
 
 namespace loopwarden::analysis {
 
-// Columns of one length; NaN is a missing sample. `co`, `sp` and `automatic` (1 yes, 0 no)
-// may be empty.
-struct LongRecord {
-  std::span<const double> pv, co, sp, automatic;
-};
-
 // Returns the first sample of the best stretch of `length` samples in each of `parts` equal parts
-// of the record, in order. Parts without movement are left out. The result is 0 for a record that
-// is not longer than `length`.
-std::vector<std::size_t> telling_stretches(const LongRecord& record, std::size_t length,
+// of the record, in order. CO, SP and `automatic` may be empty. Parts without movement are left
+// out. The result is 0 for a record that is not longer than `length`.
+std::vector<std::size_t> telling_stretches(const numeric::LoopView& record, std::size_t length,
                                            std::size_t parts);
 
 }  // namespace loopwarden::analysis

@@ -6,6 +6,7 @@
 #include <complex>
 #include <numbers>
 
+#include "model/analysis/limits.hpp"
 #include "model/analysis/step_metrics.hpp"
 #include "model/numeric/statistics.hpp"
 #include "model/numeric/enum_name.hpp"
@@ -13,18 +14,12 @@
 namespace loopwarden::analysis {
 namespace {
 
-constexpr std::array kStudySizes{0.1, 0.2, 0.5, 1.0, 2.0, 5.0};  // % of the output range
-constexpr int kScanPoints = 21;
-constexpr int kRampSteps = 10;
-constexpr std::array kPeriodsSeconds{64.0, 32.0, 16.0, 8.0};
-constexpr int kSineCycles = 3;
-
 double middle_of(const ValveTestSettings& s) { return (s.low + s.high) / 2.0; }
 
 std::vector<Hold> study_plan(const ValveTestSettings& s) {
   const double at = middle_of(s);
   std::vector<Hold> holds;
-  for (const double percent : kStudySizes) {
+  for (const double percent : Limits::kStudySizes) {
     const double size = percent / 100.0 * s.span;
     const double before = std::max(s.low, at - 0.05 * s.span);
     // Up to the middle from below, further up by the size, then back by the size.
@@ -48,8 +43,9 @@ std::vector<Hold> ramp_plan(const ValveTestSettings& s, int points, double secon
 std::vector<Hold> sine_plan(const ValveTestSettings& s) {
   std::vector<Hold> holds;
   const double amplitude = std::min((s.high - s.low) / 2.0, 0.1 * s.span);
-  for (const double period_s : kPeriodsSeconds) {
-    const auto samples = static_cast<int>(std::lround(kSineCycles * period_s / s.sample_time_s));
+  for (const double period_s : Limits::kSinePeriods_s) {
+    const auto samples =
+        static_cast<int>(std::lround(Limits::kSineCycles * period_s / s.sample_time_s));
     for (int k = 0; k < samples; ++k) {
       const double angle = 2.0 * std::numbers::pi * k * s.sample_time_s / period_s;
       holds.push_back({middle_of(s) + amplitude * std::sin(angle), s.sample_time_s});
@@ -91,7 +87,7 @@ ValveFigures study_figures(std::span<const HeldPosition> holds, double span, dou
   ValveFigures out;
   out["resolution_percent"] = std::numeric_limits<double>::infinity();
   out["dead_band_percent"] = std::numeric_limits<double>::infinity();
-  for (std::size_t i = 0; 4 * i + 3 < holds.size() && i < kStudySizes.size(); ++i) {
+  for (std::size_t i = 0; 4 * i + 3 < holds.size() && i < Limits::kStudySizes.size(); ++i) {
     const double at = settled(holds[4 * i + 1]);
     const double onwards = settled(holds[4 * i + 2]);
     const double back = settled(holds[4 * i + 3]);
@@ -162,9 +158,9 @@ ValveFigures ramp_figures(std::span<const HeldPosition> holds, double span, doub
 ValveFigures sine_figures(const ValveTestSettings& s, std::span<const HeldPosition> holds) {
   ValveFigures out;
   std::size_t at = 0;
-  for (const double period_s : kPeriodsSeconds) {
+  for (const double period_s : Limits::kSinePeriods_s) {
     const auto cycle = static_cast<std::size_t>(std::lround(period_s / s.sample_time_s));
-    const std::size_t whole = cycle * kSineCycles;
+    const std::size_t whole = cycle * Limits::kSineCycles;
     if (at + whole > holds.size()) break;
     std::complex<double> in = 0.0, answer = 0.0;
     for (std::size_t k = whole - 2 * cycle; k < whole; ++k) {  // the first cycle settles
@@ -198,15 +194,16 @@ std::vector<Hold> plan(ValveTest test, const ValveTestSettings& s) {
               {middle_of(s) - quarter, 2.0 * s.hold_s}};
     case ValveTest::stepped_ramp: {
       std::vector<Hold> holds;
-      const double step = std::min(0.01 * s.span, (s.high - s.low) / kRampSteps);
-      const double from = middle_of(s) - step * kRampSteps / 2.0;
-      for (int i = 0; i <= 2 * kRampSteps; ++i) {
-        holds.push_back({from + step * (i <= kRampSteps ? i : 2 * kRampSteps - i), s.hold_s});
+      const double step = std::min(0.01 * s.span, (s.high - s.low) / Limits::kRampSteps);
+      const double from = middle_of(s) - step * Limits::kRampSteps / 2.0;
+      for (int i = 0; i <= 2 * Limits::kRampSteps; ++i) {
+        holds.push_back(
+            {from + step * (i <= Limits::kRampSteps ? i : 2 * Limits::kRampSteps - i), s.hold_s});
       }
       return holds;
     }
     case ValveTest::step_study: return study_plan(s);
-    case ValveTest::static_scan: return ramp_plan(s, kScanPoints, s.hold_s);
+    case ValveTest::static_scan: return ramp_plan(s, Limits::kScanPoints, s.hold_s);
     case ValveTest::dynamic_scan: {
       // Each direction takes the time of ten holds, with one point per sample but at most 400
       // points.

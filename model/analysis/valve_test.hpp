@@ -28,9 +28,7 @@
 #pragma once
 
 #include <array>
-#include <cstddef>
 #include <cstdint>
-#include <limits>
 #include <map>
 #include <span>
 #include <string>
@@ -52,7 +50,7 @@ inline constexpr std::array kValveTests{ValveTest::step_change,  ValveTest::step
 const char* to_text(ValveTest test) noexcept;
 
 struct ValveTestSettings {
-  double low = 0.0;      // CO units, least output of the test
+  double low = 0.0;      // lowest output of the test, CO units
   double high = 100.0;   // CO units, greatest output of the test
   double span = 100.0;   // CO units, range of the output
   double hold_s = 10.0;  // s per point: about five time constants of the position

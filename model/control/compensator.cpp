@@ -23,15 +23,15 @@ void with_law(Variant& law, F&& f) noexcept {
 Compensator::Law Compensator::law_of(const CompensatorSettings& settings,
                                      double period_s) noexcept {
   switch (settings.kind) {
-    case CompensatorKind::none: return None{};
+    case CompensatorKind::none:
+    case CompensatorKind::planned_moves: break;
     case CompensatorKind::knocker: return Knocker(settings, period_s);
     case CompensatorKind::two_move: return TwoMove(settings, period_s);
     case CompensatorKind::reinforcement: return Reinforcement(settings, period_s);
     case CompensatorKind::backlash: return BacklashCompensator(settings, period_s);
     case CompensatorKind::hysteresis: return HysteresisInverse(settings, period_s);
-    case CompensatorKind::planned_moves: break;
   }
-  return PlannedMoves(settings.planned, settings.shadow, period_s);
+  return None{};
 }
 
 Compensator::Compensator(const CompensatorSettings& settings, double period_s) noexcept
@@ -39,27 +39,26 @@ Compensator::Compensator(const CompensatorSettings& settings, double period_s) n
 
 void Compensator::configure(const CompensatorSettings& settings) noexcept {
   const bool was_shadow = std::exchange(settings_.shadow, false);
-  const bool begins_to_act = was_shadow && !fresh_ && settings_ == settings;
+  const bool begins_to_act = was_shadow && settings_ == settings;
   settings_ = settings;
-  if (auto* const moves = std::get_if<PlannedMoves>(&law_); moves != nullptr && begins_to_act) {
-    return moves->act();
-  }
-  Law next = law_of(settings, period_s_);
-  auto* const moves_next = std::get_if<PlannedMoves>(&next);
-  const auto* const moves_before = std::get_if<PlannedMoves>(&law_);
-  if (moves_next != nullptr && moves_before != nullptr) moves_next->continue_hour(*moves_before);
-  law_ = next;
+  if (begins_to_act && settings.kind == CompensatorKind::planned_moves) return;
+  law_ = law_of(settings, period_s_);
   fresh_ = true;
 }
 
-Correction Compensator::step(const CompensatorInputs& in) noexcept {
+Correction Compensator::step(const CompensatorInputs& in, const MovesRequest& request) noexcept {
   if (settings_.kind == CompensatorKind::none) return {};
   if (!std::isfinite(in.output) || !std::isfinite(in.error)) return {};
   Correction wanted;
-  with_law(law_, [&](auto& law) {
-    if (fresh_) law.reset(in.output);
-    wanted = law.step(in);
-  });
+  if (settings_.kind == CompensatorKind::planned_moves) {
+    if (fresh_) hold_.restart();
+    wanted = hold_.step(in, request, settings_);
+  } else {
+    with_law(law_, [&](auto& law) {
+      if (fresh_) law.reset(in.output);
+      wanted = law.step(in);
+    });
+  }
   fresh_ = false;
   wanted.added = std::clamp(wanted.added, -settings_.limit, settings_.limit);
   return wanted;

@@ -79,7 +79,7 @@ inline bool has_arrived(const OutputLimits& limits, double wanted, double output
 struct Correction {
   double added = 0.0;          // CO units, to the control law's result
   bool hold_integral = false;  // the controller does not integrate
-  bool release = false;        // the integral takes over what was added, and added is 0
+  bool release = false;        // the integral takes over `added` and what was added before
 };
 
 }  // namespace loopwarden::control

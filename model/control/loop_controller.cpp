@@ -144,14 +144,17 @@ LoopController::Law::Result LoopController::Law::step(const ControllerInputs& in
                                         .commanded = commanded,
                                         .valve_position = in.read_back,
                                         .valve_position_valid = in.read_back_valid,
-                                        .limits = settings.output});
+                                        .limits = settings.output},
+                                       in.moves);
   result.wanted = law;
   if (!settings.compensator.shadow) {
     if (result.correction.release) {
+      added += result.correction.added;
       result.wanted += added;
       absorb_correction();
+    } else {
+      result.added = result.correction.added;
     }
-    result.added = result.correction.added;
     hold_integral = result.correction.hold_integral;
   }
   added = result.added;

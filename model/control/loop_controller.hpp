@@ -27,19 +27,13 @@
 #include <cstdint>
 
 #include "model/control/compensator.hpp"
+#include "model/control/loop_state.hpp"
 #include "model/control/output_limiter.hpp"
 #include "model/control/pid.hpp"
 #include "model/control/set_point.hpp"
 #include "model/control/stickband_jacket.hpp"
-#include "model/numeric/enum_name.hpp"
 
 namespace loopwarden::control {
-
-enum class Mode : std::uint8_t { manual, automatic, fallback };
-
-constexpr const char* to_text(Mode mode) noexcept {
-  return numeric::enum_name<Mode::fallback>(mode, {"MAN", "AUTO", "FALLBACK"});
-}
 
 // Action of the output during a fault.
 struct OutputAction {
@@ -70,6 +64,7 @@ struct ControllerInputs {
   bool valve_position_valid = false;
   double read_back = 0.0;  // CO units, as measured: for planned_moves
   bool read_back_valid = false;
+  MovesRequest moves{};  // newest request of planned moves
 };
 
 struct ControllerOutput {
@@ -130,6 +125,11 @@ class LoopController {
   Mode requested_mode() const noexcept { return requested_; }
   Mode mode() const noexcept { return mode_; }
   const Compensator& compensator() const noexcept { return law_.compensator; }
+  // Sample of the newest period for planned moves; null if they did not run in it.
+  const MovesSample* moves_sample() const noexcept {
+    const MoveHold* hold = law_.compensator.hold();
+    return mode_ == Mode::automatic && hold != nullptr ? &hold->sample() : nullptr;
+  }
   const StickbandJacket& jacket() const noexcept { return law_.jacket; }
   const ControllerSettings& settings() const noexcept { return law_.settings; }
 

@@ -13,7 +13,6 @@
 // A non-finite u is passed on; the caller checks it.
 #pragma once
 
-#include <cstdint>
 #include <limits>
 
 namespace loopwarden::control {

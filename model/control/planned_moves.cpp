@@ -24,13 +24,6 @@ PlannedMoves::PlannedMoves(const PlannedMovesSettings& settings, bool shadow,
       sequence_(settings, shadow, period_s),
       response_(settings) {}
 
-void PlannedMoves::reset(double output) noexcept {
-  const MoveBudget before = budget_;
-  *this = PlannedMoves(settings_, loop_.shadow(), period_s_);
-  budget_.continue_hour(before, loop_.shadow());
-  held_.output = output;
-}
-
 void PlannedMoves::continue_hour(const PlannedMoves& before) noexcept {
   budget_.continue_hour(before.budget_, loop_.shadow());
 }
@@ -41,33 +34,44 @@ void PlannedMoves::act() noexcept {
   budget_.begin_acting();
   sequence_.begin_acting(loop_.seen());
   disengagement_ = {};
-  pending_.engage = baseline_.variance > 0.0;
-  pending_.resume = false;
+  pending_ = {.engage = baseline_.variance > 0.0};
   phase_ = MovePhase::watching;
 }
 
-Correction PlannedMoves::step(const CompensatorInputs& in) noexcept {
+MovesRequest PlannedMoves::step(const MovesSample& sample) noexcept {
+  const CompensatorInputs& in = sample.in;
   watch_.now_s += period_s_;
   loop_.observe(in, is_active(), phase_ == MovePhase::watching, held_.output);
-  pending_.release = false;
-  held_.pass(has_arrived(in.limits, held_.output, commanded(in), period_s_), period_s_);
+  // A request takes effect some samples later.
+  const bool in_effect = sample.held == held_.output;
+  if (in_effect) {
+    held_.pass(has_arrived(in.limits, held_.output, commanded(in), period_s_), period_s_);
+  }
   planner_.pass(period_s_);
   probe_.pass();
   budget_.pass();
-  const bool may_begin = pending_.engage || (pending_.resume && budget_.allows(1.0));
-  if (may_begin && watch_.settled() && may_probe()) {
-    pending_.engage ? engage(in) : resume(in);
+  if (is_active()) {
+    sample.holding ? control(in, in_effect) : disengage(DisengageReason::interrupted);
   } else if (phase_ == MovePhase::disengaged) {
     watch_again();
-  } else if (phase_ == MovePhase::watching) {
-    watch();
   } else {
-    control(in);
+    await_hold(sample);
   }
   controller_before_ = in.output;
-  if (!is_active()) return {.release = pending_.release};
-  held_.hold(held_.output, in.limits);
-  return {.added = held_.output - in.output, .hold_integral = true};
+  if (is_active()) held_.hold(held_.output, in.limits);
+  return request(in);
+}
+
+MovesRequest PlannedMoves::request(const CompensatorInputs& in) const noexcept {
+  const double band = Limits::kBandErrors * std::sqrt(baseline_.variance) +
+                      Limits::kBandNoise * std::sqrt(loop_.disturbance().noise_variance());
+  const HoldAction idle = pending_.hold ? HoldAction::hold_here : HoldAction::release;
+  return {.action = is_active() ? HoldAction::hold_at : idle,
+          .output = held_.output,
+          .pv_low = std::min(in.process_variable, in.set_point) - band,
+          .pv_high = std::max(in.process_variable, in.set_point) + band,
+          .disengaged =
+              phase_ == MovePhase::disengaged ? disengagement_.reason : DisengageReason::none};
 }
 
 MovesState PlannedMoves::state() const noexcept {
@@ -125,7 +129,7 @@ void PlannedMoves::watch() noexcept {
   if (cycles_.add_error(loop_.error(), margin, stem().travel)) loop_.reset_travel();
   cycles_.add_square(loop_.error(), watch_.settled());
   const double cycles = cycles_.cycles();
-  if (pending_.engage || pending_.resume || cycles < kLeastCyclesWatched || loop_.lost() ||
+  if (pending_.engage || pending_.resume || cycles < Limits::kLeastCyclesWatched || loop_.lost() ||
       !cycles_.cycle_has_just_ended()) {
     return;
   }
@@ -133,7 +137,7 @@ void PlannedMoves::watch() noexcept {
   const double j = loop_.friction().j();
   const bool shows_slips = cycles_.travel() > Limits::kVisibleTravel * j * cycles;
   if (loop_.seen() && !shows_slips && settings_.j > 2.0 * loop_.read_back().zone()) return;
-  if (cycles < kMostCyclesWatched &&
+  if (cycles < Limits::kMostCyclesWatched &&
       cycles_.standard_error() > Limits::kBaselineError * cycles_.mean_square()) {
     return;
   }
@@ -159,18 +163,29 @@ bool PlannedMoves::may_probe() const noexcept {
          Limits::kProbeCost * Limits::kExcess * baseline_.cycle_s * baseline_.variance;
 }
 
-void PlannedMoves::take_over(const CompensatorInputs& in) noexcept {
-  pending_.engage = pending_.resume = false;
-  held_.output = in.applied;
-  loop_.take_over(in.applied);
-  sequence_.take_over(loop_.read_back().stem().position);
-  response_.take_over();
-  planner_.follow(in.set_point);
+// Under PI: has the controller hold CO when planned moves may begin, and begins once it does.
+void PlannedMoves::await_hold(const MovesSample& sample) noexcept {
+  const bool wanted = pending_.engage || (pending_.resume && budget_.allows(1.0));
+  const bool may_begin = wanted && watch_.settled() && may_probe();
+  if (may_begin && pending_.hold && sample.holding) return take_over(sample);
+  // A hold of before must have ended.
+  pending_.hold = may_begin && (pending_.hold || !sample.holding);
+  watch();
 }
 
-void PlannedMoves::engage(const CompensatorInputs& in) noexcept {
+void PlannedMoves::take_over(const MovesSample& sample) noexcept {
+  const bool engages = pending_.engage;
+  pending_ = {};
+  held_.output = sample.held;
+  loop_.take_over(sample.held);
+  sequence_.take_over(loop_.read_back().stem().position);
+  response_.take_over();
+  planner_.follow(sample.in.set_point);
+  engages ? engage() : resume();
+}
+
+void PlannedMoves::engage() noexcept {
   const double j = loop_.friction().j();
-  take_over(in);
   benefit_.restart();
   response_.restart();
   sequence_.restart();
@@ -183,8 +198,7 @@ void PlannedMoves::engage(const CompensatorInputs& in) noexcept {
   begin_probe();
 }
 
-void PlannedMoves::resume(const CompensatorInputs& in) noexcept {
-  take_over(in);
+void PlannedMoves::resume() noexcept {
   phase_ = MovePhase::resting;
   rested_s_ = 0.0;
 }
@@ -198,23 +212,24 @@ void PlannedMoves::disengage(DisengageReason reason) noexcept {
   disengagement_.reason = reason;
   disengagement_.watch_at_s =
       latched ? Limits::kNever : watch_.now_s + Limits::kRestCycles * baseline_.cycle_s;
-  pending_.release = true;
 }
 
 // The controller follows the set point until a move is allowed and PV is to settle near it.
 void PlannedMoves::hand_over() noexcept {
   phase_ = MovePhase::watching;
-  pending_.release = pending_.resume = true;
+  pending_.resume = true;
 }
 
 // ---- under planned moves
 
-void PlannedMoves::control(const CompensatorInputs& in) noexcept {
+// `in_effect`: CO follows the newest request. Otherwise only a new set point changes it.
+void PlannedMoves::control(const CompensatorInputs& in, bool in_effect) noexcept {
   supervise();
   if (is_active() && !planner_.search(planning_state())) disengage(DisengageReason::no_gain);
   budget_.earn_travel(baseline_, loop_.friction().j());
   const bool new_set_point = planner_.is_new_set_point(in.set_point);
   if (is_active() && phase_ != MovePhase::resting && new_set_point) interrupt(in);
+  if (!in_effect) return;
   switch (phase_) {
     case MovePhase::probing: probe(); break;
     case MovePhase::resting: rest(in); break;

@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Holds CO of a sticking valve until, by a model of the loop, a move pays (kind `planned_moves`).
-// Then the stem gets one move, after which PV settles near SP.
+// Has CO of a sticking valve held until, by a model of the loop, a move pays (kind
+// `planned_moves`). Then the stem gets one move, after which PV settles near SP.
+//
+// Each step takes the sample of a period and returns a request. MoveHold carries it out on the
+// real-time path, in one of the following periods.
 //
 // Phases: watching (PI controls; the cycles of the loop are measured), probing, resting, backing
-// off, moving, disengaged. Each change is bumpless: the integral takes over the correction.
+// off, moving, disengaged.
 //
 // `shadow`: the moves are made on a model of valve and process in parallel; CO is not changed.
 // `read_back` false: the stem is taken from the law of stiction.
@@ -15,7 +18,8 @@
 // jump within the read-back's noise is not seen. Without a read-back the actuator's lag must be
 // given. No call reads a clock, allocates, locks or throws.
 //
-// Equations, thresholds and sources: docs/math/planned-moves.md. Figures: docs/compensators.md.
+// Equations, thresholds and sources: docs/math/planned-moves.md.
+// Figures: docs/explanation/accuracy.md.
 #pragma once
 
 #include <cstdint>
@@ -27,6 +31,7 @@
 #include "model/control/held_output.hpp"
 #include "model/control/loop_estimator.hpp"
 #include "model/control/move_budget.hpp"
+#include "model/control/move_hold.hpp"
 #include "model/control/move_planner.hpp"
 #include "model/control/move_sequence.hpp"
 #include "model/control/planned_moves_settings.hpp"
@@ -39,10 +44,8 @@ class PlannedMoves {
   // `period_s` > 0.
   PlannedMoves(const PlannedMovesSettings& settings, bool shadow, double period_s) noexcept;
 
-  // Forgets everything except the moves of the last hour; CO is at `output`, CO units.
-  void reset(double output) noexcept;
-  // Steps one period. Returns what is to be added to the controller's output.
-  Correction step(const CompensatorInputs& in) noexcept;
+  // Steps one period. Returns action, output, band and reason of the request.
+  MovesRequest step(const MovesSample& sample) noexcept;
   // Counts the moves of the last hour that `before` made.
   void continue_hour(const PlannedMoves& before) noexcept;
   // A shadow begins to act, with its estimates and its baseline.
@@ -62,11 +65,11 @@ class PlannedMoves {
     std::uint32_t count = 0;
     double watch_at_s = 0.0;  // when the loop is watched again
   };
-  // Requests to the next steps.
+  // Tasks of the next steps.
   struct Pending {
-    bool engage = false;   // as soon as a probe costs little
-    bool resume = false;   // the same, after the controller followed a set point
-    bool release = false;  // in this step: the integral takes over the correction
+    bool engage = false;  // as soon as a probe costs little
+    bool resume = false;  // the same, after the controller followed a set point
+    bool hold = false;    // the controller is to hold its present CO
   };
 
   bool is_active() const noexcept {
@@ -75,19 +78,21 @@ class PlannedMoves {
   const Stem& stem() const noexcept { return loop_.stem(is_active()); }
   double settle_s() const noexcept;
   double commanded(const CompensatorInputs& in) const noexcept;
+  MovesRequest request(const CompensatorInputs& in) const noexcept;
   PlanningState planning_state() const noexcept;
   bool may_probe() const noexcept;
 
   void follow_set_point() noexcept;
   void watch() noexcept;
   void watch_again() noexcept;
-  void take_over(const CompensatorInputs& in) noexcept;
-  void engage(const CompensatorInputs& in) noexcept;
-  void resume(const CompensatorInputs& in) noexcept;
+  void await_hold(const MovesSample& sample) noexcept;
+  void take_over(const MovesSample& sample) noexcept;
+  void engage() noexcept;
+  void resume() noexcept;
   void disengage(DisengageReason reason) noexcept;
   void hand_over() noexcept;
 
-  void control(const CompensatorInputs& in) noexcept;
+  void control(const CompensatorInputs& in, bool in_effect) noexcept;
   void supervise() noexcept;
   void interrupt(const CompensatorInputs& in) noexcept;
   void begin_probe() noexcept;

@@ -21,6 +21,8 @@ struct PlannedMovesLimits {
   // The loop without planned moves.
   static constexpr double kBaselineError = 0.15;  // standard error of v0, relative
   static constexpr double kVisibleTravel = 0.3;   // of j per cycle: the read-back shows slips
+  static constexpr int kLeastCyclesWatched = 3;   // before planned moves engage
+  static constexpr int kMostCyclesWatched = 10;   // the same
 
   // Probe.
   static constexpr double kProbe = 0.35;             // of s
@@ -53,6 +55,10 @@ struct PlannedMovesLimits {
   static constexpr double kExcess = 2.0;          // cycles of v0, most excess of squared error
   static constexpr double kSaved = 1.0;           // cycles of v0, most that is saved against it
   static constexpr double kLargestSquare = 16.0;  // of v0: most that one sample counts
+
+  // Band of PV in which the controller holds CO: below and above PV and SP of the newest sample.
+  static constexpr double kBandErrors = 4.0;  // sqrt(v0)
+  static constexpr double kBandNoise = 8.0;   // standard deviations of PV's noise
 
   // Disengagement.
   static constexpr double kRestCycles = 10.0;          // until the loop is watched again

@@ -42,7 +42,8 @@ enum class DisengageReason : std::uint8_t {
   stem_stuck,
   no_gain,
   error_too_large,
-  moved_late
+  moved_late,
+  interrupted
 };
 
 constexpr const char* to_text(MovePhase phase) noexcept {
@@ -50,16 +51,13 @@ constexpr const char* to_text(MovePhase phase) noexcept {
       phase, {"watching", "probing", "resting", "backing off", "moving", "given back"});
 }
 constexpr const char* to_text(DisengageReason reason) noexcept {
-  return numeric::enum_name<DisengageReason::moved_late>(
+  return numeric::enum_name<DisengageReason::interrupted>(
       reason, {"no", "the stem follows a probe", "the read-back is lost",
                "PV and read-back contradict each other", "the stem does not move",
                "RMS of SP - PV does not fall", "SP - PV is too large",
-               "the stem is read to move after its move was given up"});
+               "the stem is read to move after its move was given up",
+               "the controller ended the hold: PV jumped, or the monitor was late"});
 }
-
-// Cycles of the loop without planned moves that are watched before they engage.
-inline constexpr int kLeastCyclesWatched = 3;
-inline constexpr int kMostCyclesWatched = 10;
 
 // State of planned moves, with the reason for the last disengagement.
 struct MovesState {

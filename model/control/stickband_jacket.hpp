@@ -9,7 +9,8 @@
 //   dwell    integrates slowly after a slip that has halved the error
 //
 // docs/math/stickband-jacket.md has the equations, the reasons and the sources. Figures over random
-// loops: `loopwarden-study calm`, docs/compensators.md. Advice for the settings: docs/jacket.md.
+// loops: `loopwarden-study calm`, docs/explanation/compensators.md. Advice for the settings:
+// docs/how-to/steady-a-sticking-valve.md.
 //
 // bounded and dwell are off (w = 0) while the valve position is not valid, and while the mean error
 // exceeds `max_mean_error` (first-order mean over `mean_error_time_s`; on again below half).
@@ -21,12 +22,11 @@
 // slip error. Without a read-back the jacket is as good as the model of the valve.
 #pragma once
 
-#include <cstdint>
 #include <limits>
 
-namespace loopwarden::control {
+#include "model/control/loop_state.hpp"
 
-enum class JacketForm : std::uint8_t { off, paper, bounded, dwell };
+namespace loopwarden::control {
 
 struct JacketSettings {
   JacketForm form = JacketForm::off;

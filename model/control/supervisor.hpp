@@ -24,27 +24,8 @@
 #include <cstdint>
 
 #include "model/control/loop_controller.hpp"
-#include "model/numeric/enum_name.hpp"
 
 namespace loopwarden::control {
-
-enum class Fault : std::uint8_t {
-  none,
-  starting,
-  bad_pv,
-  output_lost,
-  late_cycle,
-  not_finite,
-  enable_open,
-  stop,
-  output_unknown  // the numbers are those of records and of the register map and never change
-};
-
-constexpr const char* to_text(Fault fault) noexcept {
-  return numeric::enum_name<Fault::output_unknown>(
-      fault, {"none", "starting", "bad PV", "output lost", "late cycle", "not finite",
-              "enable open", "stop", "output unknown"});
-}
 
 enum class Recovery : std::uint8_t { previous_mode, manual };
 

@@ -2,20 +2,18 @@
 #include "model/diagnosis/archive_rule.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <vector>
 
+#include "model/diagnosis/limits.hpp"
+#include "model/numeric/loop_record.hpp"
 #include "model/numeric/statistics.hpp"
 
 namespace loopwarden::diagnosis {
 namespace {
 
 double moves(std::span<const double> x) {
-  std::vector<double> known;
-  for (const double v : x) {
-    if (std::isfinite(v)) known.push_back(v);
-  }
+  std::vector<double> known = numeric::known(x);
   if (known.empty()) return 0.0;
   const double high = numeric::quantile_in_place(known, 0.95);
   return high - numeric::quantile_in_place(known, 0.05);
@@ -51,8 +49,8 @@ bool hidden(DiagnosisVerdict verdict, Cause cause, double size, double sees_from
       verdict == DiagnosisVerdict::healthy ||
       (verdict == DiagnosisVerdict::other_cause &&
        (cause == Cause::tuning || cause == Cause::disturbance || cause == Cause::none));
-  return looked && (sees_from_co > kHideAllPercent / 100.0 * co_span ||
-                    sees_from_co > kHideShareOfMoves * co_moves);
+  return looked && (sees_from_co > Limits::kHideAllPercent / 100.0 * co_span ||
+                    sees_from_co > Limits::kHideShareOfMoves * co_moves);
 }
 
 void mind_archive(Diagnosis& d, const Archived& archived, double sees_from_co, double co_span) {

@@ -31,9 +31,6 @@ struct Archived {
   }
 };
 
-inline constexpr double kHideAllPercent = 3.0;    // of the CO span
-inline constexpr double kHideShareOfMoves = 0.3;  // of the range of CO
-
 // Returns the detection limit in CO units. 0: the archive omitted no value; infinite: a deviation
 // is unknown.
 double sees_from(std::span<const double> pv, std::span<const double> co, const Archived& archived);

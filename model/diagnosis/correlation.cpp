@@ -7,7 +7,7 @@
 #include <cstddef>
 #include <numbers>
 
-#include "model/diagnosis/series.hpp"
+#include "model/diagnosis/series_ops.hpp"
 #include "model/numeric/two_columns.hpp"
 
 namespace loopwarden::diagnosis {

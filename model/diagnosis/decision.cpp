@@ -7,14 +7,11 @@
 #include <utility>
 
 #include "model/diagnosis/decision_weights.hpp"
+#include "model/diagnosis/limits.hpp"
 #include "model/numeric/enum_name.hpp"
 
 namespace loopwarden::diagnosis {
 namespace {
-
-constexpr double kLeastPlay = -0.5;
-constexpr double kMostPlay = 0.8;
-constexpr double kMostHammerstein = 0.5;
 
 // Returns an undecided verdict, because the remaining evidence has no meaning in this case.
 ValveDecision undecided(std::string reason, std::string settle) {
@@ -36,8 +33,8 @@ double from_logit(double z) { return 1.0 / (1.0 + std::exp(-z)); }
 
 ValveTerms terms_of(const ValveEvidence& e) {
   const bool swings = e.reversals.by() == ReversalsBy::time;
-  return {e.phase, std::clamp(e.play, kLeastPlay, kMostPlay), e.standing,
-          swings ? 0.0 : std::sqrt(std::clamp(e.hammerstein, 0.0, kMostHammerstein))};
+  return {e.phase, std::clamp(e.play, Limits::kLeastPlay, Limits::kMostPlay), e.standing,
+          swings ? 0.0 : std::sqrt(std::clamp(e.hammerstein, 0.0, Limits::kMostHammerstein))};
 }
 
 double ValveWeights::logit_of(const ValveTerms& x) const {
@@ -56,16 +53,18 @@ ValveDecision decide(const ValveEvidence& e, Follows follows, const ValveWeights
   ValveDecision d;
   const bool at_once = follows == Follows::at_once;
   const ReversalsBy reversals = e.reversals.by();
-  d.probability =
-      std::clamp(from_logit(weights.logit_of(terms_of(e))), kLeastProbability, kMostProbability);
-  if (at_once && e.play > kSurePlay && e.hammerstein > kSureHammerstein) {
-    d.probability = std::max(d.probability, kSeenFrom);
+  d.probability = std::clamp(from_logit(weights.logit_of(terms_of(e))), Limits::kLeastProbability,
+                             Limits::kMostProbability);
+  if (at_once && e.play > Limits::kSurePlay && e.hammerstein > Limits::kSureHammerstein) {
+    d.probability = std::max(d.probability, Limits::kSeenFrom);
   }
-  if (e.relation < kRelatedFrom) d.probability = std::min(d.probability, kUnrelatedMost);
-  const bool no_band = e.play <= 0.0 && e.hammerstein <= kBandFrom;
-  const bool in_step = at_once && e.phase < kInStep && e.hammerstein <= kHammersteinVotes;
-  if (no_band || in_step) d.probability = std::min(d.probability, kDecidedBelow);
-  const bool for_valve = d.probability >= kDecidedFrom;
+  if (e.relation < Limits::kRelatedFrom)
+    d.probability = std::min(d.probability, Limits::kUnrelatedMost);
+  const bool no_band = e.play <= 0.0 && e.hammerstein <= Limits::kBandFrom;
+  const bool in_step =
+      at_once && e.phase < Limits::kInStep && e.hammerstein <= Limits::kHammersteinVotes;
+  if (no_band || in_step) d.probability = std::min(d.probability, Limits::kDecidedBelow);
+  const bool for_valve = d.probability >= Limits::kDecidedFrom;
   if (for_valve && reversals == ReversalsBy::time) {
     return undecided(
         "the cycle has a constant period and not a constant travel of CO, like an external "
@@ -79,7 +78,7 @@ ValveDecision decide(const ValveEvidence& e, Follows follows, const ValveWeights
         "the loop in manual for some cycles: if the cycle ends, the valve sticks");
   }
   if (for_valve && !at_once) {
-    if (e.standing < kNeverStands) {
+    if (e.standing < Limits::kNeverStands) {
       return undecided("PV moves whenever CO does; with a sticking valve PV rests at times",
                        kManualSteps);
     }
@@ -90,9 +89,10 @@ ValveDecision decide(const ValveEvidence& e, Follows follows, const ValveWeights
           kManualSteps);
     }
   }
-  if (for_valve && (at_once || e.hammerstein > kLikelyLaterFrom)) {
-    const bool seen = d.probability >= kSeenFrom && reversals == ReversalsBy::travel &&
-                      e.standing > kStandsFrom && (at_once || e.hammerstein > kSeenLaterFrom);
+  if (for_valve && (at_once || e.hammerstein > Limits::kLikelyLaterFrom)) {
+    const bool seen = d.probability >= Limits::kSeenFrom && reversals == ReversalsBy::travel &&
+                      e.standing > Limits::kStandsFrom &&
+                      (at_once || e.hammerstein > Limits::kSeenLaterFrom);
     d.grade = seen ? Grade::seen : Grade::likely;
     return d;
   }
@@ -106,8 +106,9 @@ ValveDecision decide(const ValveEvidence& e, Follows follows, const ValveWeights
         kManualSteps);
   }
   // Undecided, but the cycle suggests an external oscillation.
-  if (reversals == ReversalsBy::time) d.probability = std::min(d.probability, kDecidedBelow);
-  if (d.probability <= kDecidedBelow) return d;
+  if (reversals == ReversalsBy::time)
+    d.probability = std::min(d.probability, Limits::kDecidedBelow);
+  if (d.probability <= Limits::kDecidedBelow) return d;
   d.undecided = true;
   d.reason = "the evidence is contradictory: " + std::to_string(e.votes()) +
              " of three votes are for a valve effect";

@@ -1,47 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Decides whether a valve effect exists, from five indicators: phase, play, standing, Hammerstein
-// evidence, and the turns of CO.
-//
-//   logit p = w0 + w1 ph + w2 pl + w3 standing + w4 sqrt(A)
-//             pl within -0.5 to 0.8; A from 0 to 0.5
-//
-// `loopwarden-study diagnose --weights` writes the weights (decision_weights.hpp). They have the
-// greatest likelihood on the open measured records and on simulated loops. Sticky and other loops
-// have the same weight, and so has every loop. Weights are at least 0, so more evidence never
-// makes a valve effect less probable. w4 is at most 2, because A ranked held-out measured loops no
-// better than chance. The prior is one half; another prior moves logit p by
-// log(prior / (1 - prior)). One set of weights is for loops whose PV must follow CO at once, and
-// for unknown loops.
-// Another set is for levels, temperatures, and integrating loops: those whose PV moved to a new set
-// point while CO returned to its former value. p is limited to 0.1 to 0.95.
-//
-// The turns of CO (reversals.hpp) have their own rules, since a smooth external oscillation
-// deceives the other four:
-//
-//   by time      A counts 0, because with an oscillating load any band predicts PV better; no valve
-//                effect is named
-//   clockwork    an external oscillation; no valve effect is named
-//
-// Further rules:
-//
-//   no relation  a play explains less than 0.2 of PV, so PV does not depend on CO: p at most 0.3
-//   no band      pl at most 0 and A at most 0.05: p at most 0.35
-//   in step      ph below -2 and A at most 0.1: p at most 0.35
-//   a band       pl > 0.2 and A > 0.3: p at least 0.7, whatever the phase is, because set points
-//                that move carry PV and CO along together
-//   slow loops   levels and temperatures get no verdict if the loop does not cycle, or if PV never
-//                rests while CO moves. With a banded valve, an integrating loop under PI cycles
-//                (T. Haegglund, Journal of Process Control 17, 2007), and a load moves any slow
-//                loop in a way that A takes for a band. A slow loop that does not integrate need
-//                not cycle with backlash, and its backlash is missed
-//
-// Grades:
-//
-//   seen        p >= 0.7, CO turns by travel, PV rests during more than 0.4 of CO's moves; levels
-//               and temperatures also need A > 0.15
-//   likely      p >= 0.65 (levels and temperatures: and A > 0.05): test the valve
-//   can't tell  p from 0.35 to 0.65; p >= 0.65 and CO turns by time or with an external
-//               oscillation; phase and play for a valve on a loop for which they have no meaning
+// evidence, and the turns of CO. Rules: docs/math/valve-evidence.md.
 //
 // Limits: it can't distinguish the valve from other sticking parts after the controller.
 #pragma once
@@ -50,27 +9,11 @@
 #include <cstdint>
 #include <string>
 
-#include "model/diagnosis/kind.hpp"
+#include "model/diagnosis/limits.hpp"
+#include "model/diagnosis/loop_type.hpp"
 #include "model/diagnosis/reversals.hpp"
 
 namespace loopwarden::diagnosis {
-
-inline constexpr double kHammersteinVotes = 0.1;  // A
-inline constexpr double kSeenLaterFrom = 0.15;    // A, if PV need not follow at once
-inline constexpr double kLikelyLaterFrom = 0.05;  // A, the same
-inline constexpr double kStandsFrom = 0.4;        // standing, for the grade seen
-inline constexpr double kRelatedFrom = 0.2;       // of PV's variance
-inline constexpr double kUnrelatedMost = 0.3;     // p
-inline constexpr double kBandFrom = 0.05;         // A
-inline constexpr double kInStep = -2.0;           // ph
-inline constexpr double kSurePlay = 0.2;          // pl
-inline constexpr double kSureHammerstein = 0.3;   // A
-inline constexpr double kNeverStands = 0.05;      // standing
-inline constexpr double kSeenFrom = 0.7;          // p
-inline constexpr double kDecidedFrom = 0.65;
-inline constexpr double kDecidedBelow = 0.35;
-inline constexpr double kLeastProbability = 0.1;
-inline constexpr double kMostProbability = 0.95;
 
 // The indicators of a record. Phase, play and A vote for a valve effect above their thresholds.
 struct ValveEvidence {
@@ -82,7 +25,8 @@ struct ValveEvidence {
   double relation = 1.0;     // share of PV's variance that a play explains, 0 to 1
   Reversals reversals{};
   int votes() const noexcept {
-    return (phase > 0.0 ? 1 : 0) + (play > 0.0 ? 1 : 0) + (hammerstein > kHammersteinVotes ? 1 : 0);
+    return (phase > 0.0 ? 1 : 0) + (play > 0.0 ? 1 : 0) +
+           (hammerstein > Limits::kHammersteinVotes ? 1 : 0);
   }
 };
 

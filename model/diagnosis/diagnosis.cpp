@@ -7,35 +7,27 @@
 #include <vector>
 
 #include "model/diagnosis/correlation.hpp"
-#include "model/diagnosis/phase.hpp"
-#include "model/diagnosis/standing.hpp"
+#include "model/diagnosis/limits.hpp"
+#include "model/diagnosis/odd_phase.hpp"
+#include "model/diagnosis/hold_evidence.hpp"
 #include "model/numeric/statistics.hpp"
 #include "model/numeric/enum_name.hpp"
 
 namespace loopwarden::diagnosis {
 namespace {
 
-constexpr double kRegular = 1.0;      // Thornhill's bound
-constexpr double kLeastPeak = 0.3;    // of the autocorrelation one period on
-constexpr double kAlternative = 0.1;  // share from which the other valve effect is named too
-constexpr double kLeastCycles = 3.0;
-constexpr double kShorter = 0.5;             // period of a cycle over that of all movement
-constexpr double kSamePeriod = 0.15;         // difference between SP's period and PV's
-constexpr double kBlocksPerMovement = 40.0;  // at most, for phase and play
-constexpr std::size_t kLeastOfBlocks = 120;
-constexpr std::size_t kLeastHold = 120;   // samples
-constexpr double kMovesInHolds = 0.2;     // deviation of CO in the holds over that of all
-constexpr double kControllerKnown = 0.5;  // R^2 of its fit
-constexpr double kShapesExclude = 0.1;    // probability of a valve effect by shapes and fits
-
-bool oscillates(const Oscillation& o) { return o.regularity > kRegular && o.peak > kLeastPeak; }
+bool oscillates(const Oscillation& o) {
+  return o.regularity > Limits::kRegular && o.peak > Limits::kLeastPeak;
+}
 bool cycles(const Prepared& p) {
-  return p.cycles >= kLeastCycles && (oscillates(p.pv_oscillation) || oscillates(p.co_oscillation));
+  return p.cycles >= Limits::kLeastCycles &&
+         (oscillates(p.pv_oscillation) || oscillates(p.co_oscillation));
 }
 
 Follows follows_of(const Diagnosis& d) {
-  if (d.kind == LoopKind::temperature) return Follows::slowly;
-  if (d.kind == LoopKind::level || (d.kind == LoopKind::unknown && d.prepared.integrates)) {
+  if (d.loop_type == LoopType::temperature) return Follows::slowly;
+  if (d.loop_type == LoopType::level ||
+      (d.loop_type == LoopType::unknown && d.prepared.integrates)) {
     return Follows::by_integration;
   }
   return Follows::at_once;
@@ -61,7 +53,7 @@ Holds between_steps(const Prepared& p) {
     std::size_t to = from + 1;
     while (to < sp.size() && sp[to] == sp[from]) ++to;
     steps |= from > 0;
-    if (to - from >= kLeastHold) {
+    if (to - from >= Limits::kLeastHold) {
       const std::size_t settled = from + (from > 0 ? (to - from) / 4 : 0);
       append(holds.pv, p.raw_pv, settled, to);
       append(holds.co, p.raw_co, settled, to);
@@ -69,7 +61,7 @@ Holds between_steps(const Prepared& p) {
     from = to;
   }
   if (!steps || 2 * holds.pv.size() < sp.size() ||
-      numeric::deviation(holds.co) < kMovesInHolds * numeric::deviation(p.raw_co)) {
+      numeric::deviation(holds.co) < Limits::kMovesInHolds * numeric::deviation(p.raw_co)) {
     return {};
   }
   return holds;
@@ -83,28 +75,29 @@ void measure(Diagnosis& d) {
   // Set points that move hide a cycle that is shorter than they are.
   const double moves = movement_period(co, pv);
   const double cycle = d.prepared.period * static_cast<double>(d.prepared.factor);
-  const double period = cycles(d.prepared) && cycle < kShorter * moves ? cycle : moves;
-  const auto wanted = static_cast<std::size_t>(std::ceil(period / kBlocksPerMovement));
-  const std::size_t factor =
-      std::clamp<std::size_t>(wanted, 1, std::max<std::size_t>(1, pv.size() / kLeastOfBlocks));
+  const double period = cycles(d.prepared) && cycle < Limits::kShorter * moves ? cycle : moves;
+  const auto wanted = static_cast<std::size_t>(std::ceil(period / Limits::kSamplesPerPeriod));
+  const std::size_t factor = std::clamp<std::size_t>(
+      wanted, 1, std::max<std::size_t>(1, pv.size() / Limits::kLeastOfBlocks));
   const double blocks = period / static_cast<double>(factor);
   const Series pv_blocks = block_means(pv, factor);
   const Series co_blocks = block_means(co, factor);
-  const Scales pv_scales = three_scales(pv_blocks, blocks);
-  const Scales co_scales = three_scales(co_blocks, blocks);
+  const TimeScales pv_scales = three_time_scales(pv_blocks, blocks);
+  const TimeScales co_scales = three_time_scales(co_blocks, blocks);
   d.play = fit_play(pv_scales, co_scales, blocks);
   const ControllerFit controller =
       fit_controller(d.prepared.error, d.prepared.output, d.prepared.period);
-  d.hammerstein = fit_hammerstein(d.prepared.raw_pv, d.prepared.raw_co,
-                                  controller.fit > kControllerKnown ? controller.action : 0.0);
-  d.evidence = {
-      .phase = phase_evidence(pv_scales, co_scales, blocks),
-      .play = d.play.evidence,
-      .hammerstein = d.hammerstein.evidence,
-      .parts_for = d.hammerstein.parts_for,
-      .standing = standing_evidence(pv_blocks, co_blocks, blocks),
-      .relation = d.play.play_r2,
-      .reversals = find_reversals(three_scales(block_means(d.prepared.raw_co, factor), blocks)[1])};
+  d.hammerstein =
+      fit_hammerstein(d.prepared.raw_pv, d.prepared.raw_co,
+                      controller.fit > Limits::kControllerKnown ? controller.action : 0.0);
+  d.evidence = {.phase = odd_phase_evidence(pv_scales, co_scales, blocks),
+                .play = d.play.evidence,
+                .hammerstein = d.hammerstein.evidence,
+                .parts_for = d.hammerstein.parts_for,
+                .standing = hold_evidence(pv_blocks, co_blocks, blocks),
+                .relation = d.play.play_r2,
+                .reversals = find_reversals(
+                    three_time_scales(block_means(d.prepared.raw_co, factor), blocks)[1])};
 }
 
 // Returns whether the set point swings with PV's own period, and PV with it: the cause is the
@@ -114,33 +107,38 @@ bool master_swings(const Prepared& p) {
   const TimeScale sp = find_time_scale(p.raw_sp);
   const TimeScale pv = find_time_scale(p.raw_pv);
   return oscillates(sp.oscillation) && oscillates(pv.oscillation) &&
-         std::abs(sp.oscillation.period / pv.oscillation.period - 1.0) < kSamePeriod;
+         std::abs(sp.oscillation.period / pv.oscillation.period - 1.0) < Limits::kSamePeriod;
 }
 
+// The size of the band is the geometric mean of the fit in free run (too small: it trades band for
+// dead time) and the range of CO (too large: CO overshoots), then of that and the fit one step
+// ahead (too small: noise rounds its corners).
 void name_valve_effect(Diagnosis& d) {
   const FeaturesAndFit findings = find_features(d.prepared);
   const CauseProbabilities p = weigh(findings.features);
   const double stiction = p[static_cast<std::size_t>(Cause::stiction)];
   const double backlash = p[static_cast<std::size_t>(Cause::backlash)];
   // With backlash, PV moves on after the band is crossed. With stiction it jumps and rests again.
-  const double moves_on = d.evidence.standing > kStandsFrom ? 1.0 : kNoJumpOdds;
+  const double moves_on = d.evidence.standing > Limits::kStandsFrom ? 1.0 : Limits::kNoJumpOdds;
   d.stiction_share = stiction / std::max(stiction + moves_on * backlash, 1e-12);
   const bool sticks = d.stiction_share >= 0.5;
   d.cause = sticks ? Cause::stiction : Cause::backlash;
   const double other = sticks ? 1.0 - d.stiction_share : d.stiction_share;
-  if (other >= kAlternative) d.alternative = sticks ? Cause::backlash : Cause::stiction;
+  if (other >= Limits::kAlternative) d.alternative = sticks ? Cause::backlash : Cause::stiction;
   const ValveFit& fit = findings.fit;
   d.integrating = fit.integrating_gain > 0.0;
   const double fitted = sticks ? fit.s : fit.backlash_deadband;
   const double free_run = std::sqrt(fitted * fit.output_range);
-  d.s = d.hammerstein.band > 0.0 ? kSizeScale * std::sqrt(free_run * d.hammerstein.band) : free_run;
+  d.s = d.hammerstein.band > 0.0 ? Limits::kSizeScale * std::sqrt(free_run * d.hammerstein.band)
+                                 : free_run;
   if (sticks && fit.s > 0.0) d.j = d.s * fit.j / fit.s;
-  const double factor = d.grade == Grade::seen ? kSizeFactorSeen : kSizeFactorLikely;
+  const double factor =
+      d.grade == Grade::seen ? Limits::kSizeFactorSeen : Limits::kSizeFactorLikely;
   d.s_low = d.s / factor;
   d.s_high = d.s * factor;
   // The cycle of a valve need not repeat from one period to the next.
-  d.oscillating |= d.prepared.pv_oscillation.regularity > kRegular ||
-                   d.prepared.co_oscillation.regularity > kRegular;
+  d.oscillating |= d.prepared.pv_oscillation.regularity > Limits::kRegular ||
+                   d.prepared.co_oscillation.regularity > Limits::kRegular;
 }
 
 void name_other_cause(Diagnosis& d) {
@@ -172,9 +170,9 @@ void conclude(Diagnosis& d) {
     const CauseProbabilities p = weigh(find_features(d.prepared).features);
     const double by_shape =
         p[static_cast<std::size_t>(Cause::stiction)] + p[static_cast<std::size_t>(Cause::backlash)];
-    if (by_shape < kShapesExclude) {
+    if (by_shape < Limits::kShapesExclude) {
       decision = ValveDecision{};
-      decision.probability = std::max(by_shape, kLeastProbability);
+      decision.probability = std::max(by_shape, Limits::kLeastProbability);
     }
   }
   d.probability = decision.probability;
@@ -203,9 +201,9 @@ const char* to_text(DiagnosisVerdict verdict) noexcept {
       verdict, {"valve_effect", "other_cause", "healthy", "not_enough_data", "cant_tell"});
 }
 
-Diagnosis diagnose(const RoutineRecord& record, LoopKind kind) {
+Diagnosis diagnose(const numeric::LoopView& record, LoopType type) {
   Diagnosis d;
-  d.kind = kind;
+  d.loop_type = type;
   d.prepared = prepare(record);
   d.reason = d.prepared.refusal;
   d.settle = d.prepared.settle;
@@ -230,7 +228,7 @@ void share_reversals(std::span<Diagnosis*> windows) {
   std::size_t with_four = 0;
   for (const Diagnosis* d : windows) {
     const Reversals& reversals = d->evidence.reversals;
-    if (!d->judged() || reversals.count < kLeastReversals) continue;
+    if (!d->judged() || reversals.count < Limits::kLeastReversals) continue;
     all.count += reversals.count;
     const double share = static_cast<double>(reversals.count) / static_cast<double>(all.count);
     all.travel_scatter += share * (reversals.travel_scatter - all.travel_scatter);
@@ -273,7 +271,7 @@ SizeTrend size_trend(std::span<const Diagnosis> windows) {
 double judged_period(std::span<const double> pv, std::span<const double> co) {
   const double moves = movement_period(co, pv);
   const Oscillation cycle = find_time_scale(co).oscillation;
-  return oscillates(cycle) && cycle.period < kShorter * moves ? cycle.period : moves;
+  return oscillates(cycle) && cycle.period < Limits::kShorter * moves ? cycle.period : moves;
 }
 
 namespace {
@@ -335,7 +333,7 @@ LoopVerdict judge_loop(std::span<const Diagnosis> windows) {
   const auto other = [](const Diagnosis& d) {
     return d.judged() && d.verdict == DiagnosisVerdict::other_cause;
   };
-  if (loop.probability >= kDecidedFrom && count(effect) > 0) {
+  if (loop.probability >= Limits::kDecidedFrom && count(effect) > 0) {
     const auto seen = [](const Diagnosis& d) { return d.grade == Grade::seen; };
     loop.verdict = DiagnosisVerdict::valve_effect;
     loop.grade = 2 * count(seen) >= count(effect) ? Grade::seen : Grade::likely;
@@ -364,7 +362,7 @@ LoopVerdict judge_loop(std::span<const Diagnosis> windows) {
     loop.verdict = DiagnosisVerdict::other_cause;
     loop.cause = Cause::saturation;
     loop.like = at;
-  } else if (loop.probability > kDecidedBelow) {
+  } else if (loop.probability > Limits::kDecidedBelow) {
     loop.verdict = DiagnosisVerdict::cant_tell;
     loop.like = first(undecided);
     const Diagnosis& d = windows[loop.like];

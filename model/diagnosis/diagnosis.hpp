@@ -11,10 +11,9 @@
 // A loop with several windows gets one verdict: the mean of the windows' logits decides, so a
 // single odd window does not.
 //
-// Limits and figures: docs/diagnose.md.
+// Limits and figures: docs/explanation/accuracy.md.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <span>
 #include <string>
@@ -22,7 +21,7 @@
 #include "model/diagnosis/classifier.hpp"
 #include "model/diagnosis/decision.hpp"
 #include "model/diagnosis/hammerstein.hpp"
-#include "model/diagnosis/kind.hpp"
+#include "model/diagnosis/loop_type.hpp"
 #include "model/diagnosis/play_fit.hpp"
 #include "model/diagnosis/preparation.hpp"
 #include "model/diagnosis/valve_fit.hpp"
@@ -38,27 +37,12 @@ enum class DiagnosisVerdict : std::uint8_t {
 };
 const char* to_text(DiagnosisVerdict verdict) noexcept;
 
-// Stiction and backlash look alike in routine data. The trees that weigh them see shapes and fits.
-// If PV doesn't rest during CO's moves, it doesn't jump either, and backlash is this many times
-// more probable than their result.
-inline constexpr double kNoJumpOdds = 15.0;
-
-// The fit in free run gives a band that is too small, as it can trade it for dead time. The range
-// of CO gives one that is too large, as CO overshoots the band. The fit one step ahead gives one
-// that is too small, as noise rounds its corners. The size is the geometric mean of the first two,
-// then of that and the third, times kSizeScale. It is right in the median of simulated loops, and
-// in nine of ten within the factor of the grade (`loopwarden-study diagnose --cases 1500 --seed
-// 3`).
-inline constexpr double kSizeScale = 1.1;
-inline constexpr double kSizeFactorSeen = 1.6;
-inline constexpr double kSizeFactorLikely = 1.9;
-
 struct Diagnosis {
   DiagnosisVerdict verdict = DiagnosisVerdict::not_enough_data;
   Grade grade = Grade::none;  // of a valve effect
   std::string reason;  // why there is no verdict on the valve: not_enough_data, cant_tell, gates
   std::string settle;  // the remedy
-  LoopKind kind = LoopKind::unknown;
+  LoopType loop_type = LoopType::unknown;
   Follows follows = Follows::at_once;
   double probability = 0.5;  // of a valve effect
   ValveEvidence evidence;
@@ -81,7 +65,7 @@ struct Diagnosis {
   }
 };
 
-Diagnosis diagnose(const RoutineRecord& record, LoopKind kind = LoopKind::unknown);
+Diagnosis diagnose(const numeric::LoopView& record, LoopType type = LoopType::unknown);
 
 // Returns the time scale in samples: the cycle if one stands out, otherwise the movement. A window
 // of fifteen of them can be judged.

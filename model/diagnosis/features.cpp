@@ -4,11 +4,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <tuple>
 
 #include "model/diagnosis/correlation.hpp"
-#include "model/diagnosis/dwell.hpp"
-#include "model/diagnosis/series.hpp"
+#include "model/diagnosis/dwell_asymmetry.hpp"
+#include "model/diagnosis/series_ops.hpp"
 #include "model/diagnosis/waveform.hpp"
 #include "model/numeric/statistics.hpp"
 
@@ -36,8 +35,8 @@ FeaturesAndFit find_features(const Prepared& p) {
   const Waveform co = waveform(p.output, p.period);
   const Waveform pv = waveform(p.error, p.period);
   const Waveform steep = waveform(slope, p.period);
-  const Dwell d = dwell(p.output, p.error, p.period);
-  const Dwell by_slope = dwell(p.output, slope, p.period);
+  const DwellAsymmetry d = find_dwell_asymmetry(p.output, p.error, p.period);
+  const DwellAsymmetry by_slope = find_dwell_asymmetry(p.output, slope, p.period);
   found.fit = fit_valve(p, controller.action);
   const ValveFit& f = found.fit;
   const double valve_free = std::max(f.backlash.free, f.stiction.free);

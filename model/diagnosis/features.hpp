@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // All measures of a record for the judgement of its valve, as one list of numbers without unit.
-// Each is bounded and independent of sample time and span. docs/diagnose.md explains every kind.
+// Each is bounded and independent of sample time and span.
 #pragma once
 
 #include <array>

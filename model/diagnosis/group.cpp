@@ -5,6 +5,8 @@
 #include <tuple>
 #include <utility>
 
+#include "model/diagnosis/limits.hpp"
+
 namespace loopwarden::diagnosis {
 
 std::vector<Group> find_groups(std::span<const Swinging> loops) {
@@ -15,7 +17,8 @@ std::vector<Group> find_groups(std::span<const Swinging> loops) {
   std::vector<Group> groups;
   for (std::size_t from = 0; from < sorted.size();) {
     std::size_t to = from + 1;
-    while (to < sorted.size() && sorted[to].period_s <= kSameGroupPeriod * sorted[to - 1].period_s)
+    while (to < sorted.size() &&
+           sorted[to].period_s <= Limits::kSameGroupPeriod * sorted[to - 1].period_s)
       ++to;
     if (to - from >= 2) {
       Group group;

@@ -17,8 +17,6 @@
 
 namespace loopwarden::diagnosis {
 
-inline constexpr double kSameGroupPeriod = 1.04;  // ratio
-
 struct Swinging {
   std::size_t loop = 0;  // of the caller's list
   std::string tag;

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "model/diagnosis/limits.hpp"
 #include "model/effects/backlash/backlash.hpp"
 #include "model/effects/stiction/stiction_choudhury.hpp"
 #include "model/numeric/statistics.hpp"
@@ -17,16 +18,9 @@ constexpr std::array kArxBands{0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.95};
 constexpr std::size_t kLongestDelay = 8;
 constexpr std::size_t kInputLags = kLongestDelay + 2;  // v(k-1) to v(k-10)
 constexpr std::size_t kOwnLags = 3;
-constexpr std::size_t kLeastBlocks = 100;
 constexpr std::size_t kMostBlocks = 2000;  // longer records are averaged first
-constexpr std::size_t kParts = 8;
-constexpr std::size_t kLeastReversals = 2;  // with fewer a band is no more than an offset
-constexpr double kQuietest =
-    0.05;  // of the median part's power: lower limit for the weight of a quiet part
-constexpr double kLowest = -0.5;
-constexpr double kHighest = 1.0;
 
-using Parts = std::array<double, kParts>;
+using Parts = std::array<double, Limits::kParts>;
 
 void take_out(Series& x, const Series& q) {
   const double share = dot(x, q.data());
@@ -64,7 +58,7 @@ class OneStepAhead {
         along[lag - 1][q] = dot(weighted_basis_[q], column);
       }
       with_rest[lag - 1] = dot(weighted_rest_, column);
-      for (std::size_t p = 0; p < kParts; ++p) {
+      for (std::size_t p = 0; p < Limits::kParts; ++p) {
         const std::size_t from = start(p);
         const std::size_t size = start(p + 1) - from;
         const double square = weights_[p] * weights_[p];
@@ -108,7 +102,7 @@ class OneStepAhead {
     if (fit.found) {
       const double* first = v.data() + (kInputLags - 1 - fit.dead_time);
       Series input(count_);
-      for (std::size_t p = 0; p < kParts; ++p) {
+      for (std::size_t p = 0; p < Limits::kParts; ++p) {
         for (std::size_t k = start(p); k < start(p + 1); ++k) {
           input[k] = weights_[p] * (fit.first * first[k] + fit.second * *(first + k - 1));
         }
@@ -121,10 +115,10 @@ class OneStepAhead {
   double power() const { return power_; }
 
  private:
-  std::size_t start(std::size_t part) const { return part * count_ / kParts; }
+  std::size_t start(std::size_t part) const { return part * count_ / Limits::kParts; }
   Parts power_by_part(const Series& x) const {
     Parts powers{};
-    for (std::size_t p = 0; p < kParts; ++p) {
+    for (std::size_t p = 0; p < Limits::kParts; ++p) {
       powers[p] = dot(x.data() + start(p), x.data() + start(p), start(p + 1) - start(p));
     }
     return powers;
@@ -136,7 +130,7 @@ class OneStepAhead {
     rest_.resize(count_);
     basis_.clear();
     weighted_basis_.clear();
-    for (std::size_t p = 0; p < kParts; ++p) {
+    for (std::size_t p = 0; p < Limits::kParts; ++p) {
       const double w = weights_[p];
       for (std::size_t i = start(p); i < start(p + 1); ++i) {
         const std::size_t k = i + kInputLags;
@@ -161,7 +155,7 @@ class OneStepAhead {
   }
 
   Series weighted(Series x) const {
-    for (std::size_t p = 0; p < kParts; ++p) {
+    for (std::size_t p = 0; p < Limits::kParts; ++p) {
       for (std::size_t k = start(p); k < start(p + 1); ++k) x[k] *= weights_[p];
     }
     return x;
@@ -171,8 +165,8 @@ class OneStepAhead {
     const Parts powers = power_by_part(rest_);
     const double middle = numeric::median({powers.begin(), powers.end()});
     if (middle <= 0.0) return;
-    for (std::size_t p = 0; p < kParts; ++p) {
-      weights_[p] = std::sqrt(middle / std::max(powers[p], kQuietest * middle));
+    for (std::size_t p = 0; p < Limits::kParts; ++p) {
+      weights_[p] = std::sqrt(middle / std::max(powers[p], Limits::kQuietest * middle));
     }
   }
 
@@ -214,7 +208,7 @@ Hammerstein fit_blocks(Series y, Series u, double action) {
   Series v(u.size());
   const auto consider = [&](double s, bool jumps) {
     const std::size_t reversals = reversals_of(v);
-    if (reversals < kLeastReversals) return;
+    if (reversals < Limits::kLeastValveReversals) return;
     const HammersteinFit fit = ahead.fit(v, action);
     if (fit.rss >= best.rss) return;
     best = fit;
@@ -239,13 +233,13 @@ Hammerstein fit_blocks(Series y, Series u, double action) {
   const double least = 1e-9 * ahead.power();
   Series gains;
   double in_favour = 0.0;
-  for (std::size_t p = 0; p < kParts; ++p) {
-    gains.push_back(
-        std::clamp(std::log((straight[p] + least) / (through[p] + least)), kLowest, kHighest));
+  for (std::size_t p = 0; p < Limits::kParts; ++p) {
+    gains.push_back(std::clamp(std::log((straight[p] + least) / (through[p] + least)),
+                               Limits::kLowestGain, Limits::kHighestGain));
     in_favour += gains.back() > 0.0 ? 1.0 : 0.0;
   }
   h.evidence = numeric::mean(gains);
-  h.parts_for = in_favour / static_cast<double>(kParts);
+  h.parts_for = in_favour / static_cast<double>(Limits::kParts);
   h.band = h.band_share * range;
   h.dead_time = best.dead_time;
   return h;
@@ -256,7 +250,7 @@ Hammerstein fit_blocks(Series y, Series u, double action) {
 Hammerstein fit_hammerstein(std::span<const double> pv, std::span<const double> co, double action) {
   Hammerstein best;
   const std::size_t first = std::max<std::size_t>(1, (pv.size() + kMostBlocks - 1) / kMostBlocks);
-  for (std::size_t block = first; pv.size() / block >= kLeastBlocks; block *= 2) {
+  for (std::size_t block = first; pv.size() / block >= Limits::kLeastBlocks; block *= 2) {
     Hammerstein h = fit_blocks(block_means(pv, block), block_means(co, block), action);
     h.block = block;
     if (h.band_share > 0.0 && (best.block == 0 || h.evidence > best.evidence)) best = h;

@@ -5,9 +5,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <tuple>
 
+#include "model/diagnosis/limits.hpp"
+#include "model/numeric/loop_record.hpp"
 #include "model/numeric/statistics.hpp"
 #include "model/diagnosis/group.hpp"
 
@@ -17,36 +18,16 @@ namespace {
 using diagnosis::Cause;
 using diagnosis::DiagnosisVerdict;
 
-constexpr std::size_t kHistoryLags = 6;
-constexpr std::size_t kSum = 3;  // samples of a sudden move
-constexpr std::size_t kApart = 3;
-constexpr double kJumpFrom = 5.0;
-constexpr double kFullMove = 3.0;
-constexpr std::size_t kLeastJumps = 8;
-constexpr double kLeastAgreement = 1.5;
-constexpr double kLeastMove = 0.1;
-constexpr std::size_t kFirstLag = 2;
-constexpr std::size_t kOtherLags = 4;
 constexpr std::size_t kFolds = 4;
-constexpr std::size_t kLeastRows = 400;
-constexpr std::size_t kShifts = 20;
-constexpr double kLeastGain = 0.1;
-constexpr double kLeastPart = 0.05;
-constexpr double kOtherWay = 4.0;
-constexpr std::size_t kBin = 4;  // samples, for the first check of many pairs
-constexpr double kFirstLook = 4.0;
 
-constexpr std::size_t kOwn = 2 * kHistoryLags;
-constexpr std::size_t kOther = 2 * kOtherLags;
+constexpr std::size_t kOwn = 2 * Limits::kHistoryLags;
+constexpr std::size_t kOther = 2 * Limits::kOtherLags;
 constexpr std::size_t kRegressors = kOwn + kOther;
 
 using Gram = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic>;
 
 std::vector<double> scaled(std::span<const double> x) {
-  std::vector<double> known;
-  for (const double v : x) {
-    if (std::isfinite(v)) known.push_back(v);
-  }
+  const std::vector<double> known = numeric::known(x);
   const double mean = numeric::mean(known);
   const double deviation = numeric::deviation(known);
   std::vector<double> z(x.begin(), x.end());
@@ -74,12 +55,13 @@ double sum_of_squares(const Gram& gram, const Eigen::VectorXd& b) {
 bool fill_row(const LoopMoves& own, const LoopMoves* other, std::size_t shift, std::size_t k,
               Eigen::Ref<Eigen::VectorXd> row) {
   Eigen::Index at = 0;
-  for (std::size_t l = 1; l <= kHistoryLags; ++l) {
+  for (std::size_t l = 1; l <= Limits::kHistoryLags; ++l) {
     row[at++] = own.pv[k - l];
     row[at++] = own.co[k - l];
   }
   const std::size_t n = own.pv.size();
-  for (std::size_t l = kFirstLag; other != nullptr && l < kFirstLag + kOtherLags; ++l) {
+  for (std::size_t l = Limits::kFirstLag;
+       other != nullptr && l < Limits::kFirstLag + Limits::kOtherLags; ++l) {
     const std::size_t from = (k - l + shift) % n;
     row[at++] = other->pv[from];
     row[at++] = other->co[from];
@@ -94,14 +76,14 @@ void take_out_own_past(LoopMoves& loop) {
   Gram gram = Gram::Zero(kOwn + 1, kOwn + 1);
   Eigen::VectorXd row(kOwn + 1);
   std::size_t rows = 0;
-  for (std::size_t k = kHistoryLags; k < n; ++k) {
+  for (std::size_t k = Limits::kHistoryLags; k < n; ++k) {
     if (!fill_row(loop, nullptr, 0, k, row)) continue;
     gram.noalias() += row * row.transpose();
     ++rows;
   }
-  if (rows < kLeastRows) return;
+  if (rows < Limits::kLeastRows) return;
   const Eigen::VectorXd b = coefficients(gram, kOwn);
-  for (std::size_t k = kHistoryLags; k < n; ++k) {
+  for (std::size_t k = Limits::kHistoryLags; k < n; ++k) {
     if (fill_row(loop, nullptr, 0, k, row)) loop.unforeseen[k] = row[kOwn] - b.dot(row.head(kOwn));
   }
 }
@@ -110,8 +92,9 @@ void find_jumps(LoopMoves& loop) {
   const std::size_t n = loop.pv.size();
   loop.sudden.assign(n, 0.0);
   std::vector<double> sizes;
-  for (std::size_t k = 0; k + kSum <= n; ++k) {
-    for (std::size_t l = 0; l < kSum; ++l) loop.sudden[k] += loop.unforeseen[k + l];
+  for (std::size_t k = 0; k + Limits::kSuddenSamples <= n; ++k) {
+    for (std::size_t l = 0; l < Limits::kSuddenSamples; ++l)
+      loop.sudden[k] += loop.unforeseen[k + l];
     if (loop.unforeseen[k] != 0.0) sizes.push_back(std::abs(loop.sudden[k]));
   }
   const double measure = numeric::kNormalOverMad * numeric::median(std::move(sizes));
@@ -122,11 +105,11 @@ void find_jumps(LoopMoves& loop) {
   for (double& v : loop.sudden) v /= measure;
   loop.sudden_share = 1.0 / measure;
   double sum = 0.0;
-  for (std::size_t k = kApart; k + kApart < n; ++k) {
+  for (std::size_t k = Limits::kJumpsApart; k + Limits::kJumpsApart < n; ++k) {
     const double size = std::abs(loop.sudden[k]);
-    if (size < kJumpFrom) continue;
+    if (size < Limits::kJumpFrom) continue;
     bool largest = true;
-    for (std::size_t l = 1; l <= kApart; ++l) {
+    for (std::size_t l = 1; l <= Limits::kJumpsApart; ++l) {
       largest =
           largest && size > std::abs(loop.sudden[k - l]) && size >= std::abs(loop.sudden[k + l]);
     }
@@ -134,8 +117,8 @@ void find_jumps(LoopMoves& loop) {
     loop.jumps.push_back(k);
     sum += size * size;
   }
-  loop.jump_size = loop.jumps.size() < kLeastJumps / 2
-                       ? kJumpFrom
+  loop.jump_size = loop.jumps.size() < Limits::kLeastJumps / 2
+                       ? Limits::kJumpFrom
                        : std::sqrt(sum / static_cast<double>(loop.jumps.size()));
 }
 
@@ -154,21 +137,22 @@ void moves_at_jumps(const LoopMoves& source, const LoopMoves& victim, std::size_
 }
 
 double agreement(const std::vector<double>& moves) {
-  if (moves.size() < kLeastJumps) return 0.0;
+  if (moves.size() < Limits::kLeastJumps) return 0.0;
   double sum = 0.0;
-  for (const double move : moves) sum += std::clamp(move / kFullMove, -1.0, 1.0);
+  for (const double move : moves) sum += std::clamp(move / Limits::kFullMove, -1.0, 1.0);
   return std::abs(sum) / std::sqrt(static_cast<double>(moves.size()));
 }
 
 std::optional<Push> push_by_jumps(const LoopMoves& source, const LoopMoves& victim) {
   const std::size_t n = source.pv.size();
-  if (source.jumps.size() < kLeastJumps || !(victim.sudden_share > 0.0)) return std::nullopt;
+  if (source.jumps.size() < Limits::kLeastJumps || !(victim.sudden_share > 0.0))
+    return std::nullopt;
   std::vector<double> moves;
   moves_at_jumps(source, victim, 0, moves);
   const double here = agreement(moves);
-  if (here < kLeastAgreement) return std::nullopt;
+  if (here < Limits::kLeastAgreement) return std::nullopt;
   const double size = std::abs(numeric::median(moves)) / victim.sudden_share;
-  if (size < kLeastMove) return std::nullopt;
+  if (size < Limits::kLeastVictimMove) return std::nullopt;
   for (std::size_t shift = n / 10; shift <= n - n / 10; ++shift) {
     moves_at_jumps(source, victim, shift, moves);
     if (agreement(moves) >= here) return std::nullopt;
@@ -183,7 +167,7 @@ struct Gain {
 
 Gain gain(const LoopMoves& source, const LoopMoves& victim, std::size_t shift) {
   const std::size_t n = victim.pv.size();
-  const std::size_t first = std::max(kHistoryLags, kFirstLag + kOtherLags);
+  const std::size_t first = std::max(Limits::kHistoryLags, Limits::kFirstLag + Limits::kOtherLags);
   constexpr Eigen::Index kColumns = kRegressors + 1;
   Eigen::MatrixXd rows(kColumns, static_cast<Eigen::Index>(n / kFolds + 1));
   std::array<Gram, kFolds> grams;
@@ -200,7 +184,7 @@ Gain gain(const LoopMoves& source, const LoopMoves& victim, std::size_t shift) {
     whole += grams[part];
     used += static_cast<std::size_t>(count);
   }
-  if (used < kLeastRows) return {};
+  if (used < Limits::kLeastRows) return {};
   double with = 0.0;
   double without = 0.0;
   double least = 1.0;
@@ -237,13 +221,13 @@ double at_once(const LoopMoves& a, const LoopMoves& b) {
 
 std::optional<Push> push_by_order(const LoopMoves& source, const LoopMoves& victim) {
   const auto [here, least] = gain(source, victim, 0);
-  if (here < kLeastGain || least < kLeastPart || at_once(source, victim) >= here ||
-      kOtherWay * gain(victim, source, 0).all > here) {
+  if (here < Limits::kLeastPredicted || least < Limits::kLeastPredictedPart ||
+      at_once(source, victim) >= here || Limits::kOtherWay * gain(victim, source, 0).all > here) {
     return std::nullopt;
   }
   const std::size_t n = source.pv.size();
-  for (std::size_t s = 0; s < kShifts; ++s) {
-    if (gain(source, victim, n / 10 + (n - n / 5) * s / (kShifts - 1)).all >= here) {
+  for (std::size_t s = 0; s < Limits::kShifts; ++s) {
+    if (gain(source, victim, n / 10 + (n - n / 5) * s / (Limits::kShifts - 1)).all >= here) {
       return std::nullopt;
     }
   }
@@ -259,8 +243,8 @@ std::vector<Pair> best_correlated(std::span<const NeighbourLoop> loops, std::siz
     moves.col(static_cast<Eigen::Index>(k)) =
         Eigen::Map<const Eigen::VectorXf>(loops[k].summed.data(), moves.rows());
   }
-  const float least =
-      static_cast<float>(kFirstLook) / std::sqrt(std::max(1.0F, static_cast<float>(moves.rows())));
+  const float least = static_cast<float>(Limits::kFirstCorrelation) /
+                      std::sqrt(std::max(1.0F, static_cast<float>(moves.rows())));
   std::vector<std::tuple<float, std::size_t, std::size_t>> found;
   const auto keep_best = [&] {
     if (found.size() <= most) return;
@@ -301,7 +285,7 @@ std::vector<Pair> nearest_periods(std::span<const NeighbourLoop> loops, std::siz
   for (std::size_t i = 0; i < swinging.size(); ++i) {
     for (std::size_t j = i + 1; j < std::min(swinging.size(), i + 1 + kEach); ++j) {
       const double ratio = loops[swinging[j]].period_s / loops[swinging[i]].period_s;
-      if (ratio > kSameGroupPeriod) break;
+      if (ratio > Limits::kSameGroupPeriod) break;
       const auto [a, b] = std::minmax(swinging[i], swinging[j]);
       found.emplace_back(ratio, a, b);
     }
@@ -325,11 +309,12 @@ LoopMoves moves_of(std::span<const double> pv, std::span<const double> co) {
 }
 
 std::vector<float> summed_moves(const LoopMoves& loop) {
-  Eigen::VectorXf sums =
-      Eigen::VectorXf::Zero(static_cast<Eigen::Index>(loop.unforeseen.size() / kBin));
+  Eigen::VectorXf sums = Eigen::VectorXf::Zero(
+      static_cast<Eigen::Index>(loop.unforeseen.size() / Limits::kSummedMoves));
   for (Eigen::Index k = 0; k < sums.size(); ++k) {
-    for (std::size_t l = 0; l < kBin; ++l)
-      sums[k] += static_cast<float>(loop.unforeseen[kBin * static_cast<std::size_t>(k) + l]);
+    for (std::size_t l = 0; l < Limits::kSummedMoves; ++l)
+      sums[k] += static_cast<float>(
+          loop.unforeseen[Limits::kSummedMoves * static_cast<std::size_t>(k) + l]);
   }
   const float length = sums.norm();
   if (length > 0.0F) sums /= length;
@@ -337,7 +322,8 @@ std::vector<float> summed_moves(const LoopMoves& loop) {
 }
 
 std::optional<Push> push(const LoopMoves& source, bool valve_effect, const LoopMoves& victim) {
-  if (source.pv.size() != victim.pv.size() || source.pv.size() < kLeastRows) return std::nullopt;
+  if (source.pv.size() != victim.pv.size() || source.pv.size() < Limits::kLeastRows)
+    return std::nullopt;
   const std::optional<Push> jumps =
       valve_effect ? push_by_jumps(source, victim) : std::optional<Push>();
   return jumps ? jumps : push_by_order(source, victim);

@@ -1,41 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Detects whether one of two loops with a common time base pushes the other.
+// Detects whether one of two loops with a common time base pushes the other, by sudden moves or by
+// order in time. Equations and sources: docs/math/neighbours.md.
 //
-//   z(k) = sum_{l=1..6} a_l pv(k - l) + b_l co(k - l) + e(k)
-//          prediction from a loop's own past and CO, with the error e
-//   f(k) = e(k) + e(k + 1) + e(k + 2)
-//          sudden moves, over the median of |f| x 1.48
-//   jump   a largest |f| within 3 samples either way, above 5
-//
-//   pv, co   of one loop, about their mean over their deviation    l   lag, samples
-//
-// By jumps, for a source whose valve shows an effect. Only jumps of the source count at which the
-// victim moves less, each in its own measure. At these jumps the victim moves in one direction,
-//
-//   S = |sum sign(f_source) min(1, max(-1, f_victim / 3))| / sqrt(jumps)
-//       at least 1.5, and more than at any other shift
-//
-// and by at least a tenth of the deviation of its PV in the median. Loops on one header answer
-// within a sample, so the order doesn't separate them. The loop that moved far is the source, since
-// each of its jumps moves the others by a part.
-//
-// By order, for any source: pv of the victim is predicted one step ahead from its own past and CO.
-// This is done with and without pv and co of the source 2 to 5 samples ago. Each fourth of the
-// record is predicted with the coefficients of the other three,
-//
-//   gain = 1 - sum of squares with / without        at least 0.1, in each fourth 0.05
-//
-// The gain must exceed three values: that at each of 20 shifts; the squared correlation of the two
-// e within a sample (a common cause, or clocks that differ by a sample, gives no order); four times
-// the gain in the other direction.
-//
-// Shifts turn the source by a tenth to nine tenths of the record. Remaining slow trends and similar
-// periods have the same effect there.
-//
-// Sources: C. W. J. Granger, Econometrica 37 (1969) 424-438 (gain); L. D. Haugh, J. Am. Stat.
-// Assoc. 71 (1976) 378-385 (moves without the own past); T. Yuan and S. J. Qin, J. Process Control
-// 24 (2014) 450-459, and M. Bauer et al., IEEE Trans. Control Systems Technology 15 (2007) 12-21
-// (the same question for a whole plant).
 // No errors. Too few samples, or signals without moves, give no push.
 // Limits: it can't distinguish a source from a third loop or a load that reaches both in this
 // order. It misses a push that is too slow to exceed the loops' own noise. It finds no source if

@@ -8,20 +8,15 @@
 #include <numbers>
 #include <vector>
 
-#include "model/diagnosis/series.hpp"
+#include "model/diagnosis/limits.hpp"
+#include "model/diagnosis/series_ops.hpp"
 #include "model/numeric/random.hpp"
 #include "model/numeric/statistics.hpp"
 
 namespace loopwarden::diagnosis {
 namespace {
 
-constexpr std::size_t kSamplesPerCycle = 12;
 constexpr std::size_t kMostSamples = 600;
-constexpr std::size_t kEmbedding = 10;  // samples
-constexpr std::size_t kHorizon = 3;     // samples
-constexpr std::size_t kNeighbours = 8;
-constexpr std::size_t kSurrogates = 20;
-constexpr double kLeastPeriods = 4.0;
 
 using Series = std::vector<double>;
 
@@ -45,22 +40,22 @@ std::span<const double> matched_ends(std::span<const double> y, std::size_t cycl
 }
 
 double foretold(const Series& y) {
-  const std::size_t rows = y.size() - kEmbedding - kHorizon + 1;
+  const std::size_t rows = y.size() - Limits::kEmbedding - Limits::kHorizon + 1;
   double sum = 0.0;
-  std::array<double, kNeighbours> nearest{};
-  std::array<std::size_t, kNeighbours> at{};
+  std::array<double, Limits::kNeighbours> nearest{};
+  std::array<std::size_t, Limits::kNeighbours> at{};
   for (std::size_t i = 0; i < rows; ++i) {
     nearest.fill(1e300);
     for (std::size_t j = 0; j < rows; ++j) {
       // Rows that overlap are neighbours in time, and not in shape.
-      if (i < j + kEmbedding && j < i + kEmbedding) continue;
+      if (i < j + Limits::kEmbedding && j < i + Limits::kEmbedding) continue;
       double distance = 0.0;
-      for (std::size_t k = 0; k < kEmbedding && distance < nearest.back(); ++k) {
+      for (std::size_t k = 0; k < Limits::kEmbedding && distance < nearest.back(); ++k) {
         const double off = y[i + k] - y[j + k];
         distance += off * off;
       }
       if (distance >= nearest.back()) continue;
-      std::size_t place = kNeighbours - 1;
+      std::size_t place = Limits::kNeighbours - 1;
       while (place > 0 && nearest[place - 1] > distance) {
         nearest[place] = nearest[place - 1];
         at[place] = at[place - 1];
@@ -70,9 +65,9 @@ double foretold(const Series& y) {
       at[place] = j;
     }
     double mean = 0.0;
-    for (const std::size_t j : at) mean += y[j + kEmbedding - 1 + kHorizon];
-    mean /= static_cast<double>(kNeighbours);
-    const double off = y[i + kEmbedding - 1 + kHorizon] - mean;
+    for (const std::size_t j : at) mean += y[j + Limits::kEmbedding - 1 + Limits::kHorizon];
+    mean /= static_cast<double>(Limits::kNeighbours);
+    const double off = y[i + Limits::kEmbedding - 1 + Limits::kHorizon] - mean;
     sum += off * off;
   }
   return sum / static_cast<double>(rows);
@@ -120,9 +115,10 @@ class Spectrum {
 }  // namespace
 
 double nonlinearity(std::span<const double> y, double period, std::uint64_t seed) {
-  if (!(period >= 4.0) || static_cast<double>(y.size()) < kLeastPeriods * period) return 0.0;
+  if (!(period >= 4.0) || static_cast<double>(y.size()) < Limits::kLeastPeriods * period)
+    return 0.0;
   const auto factor = static_cast<std::size_t>(
-      std::max(1.0, std::floor(period / static_cast<double>(kSamplesPerCycle))));
+      std::max(1.0, std::floor(period / static_cast<double>(Limits::kSamplesPerCycle))));
   Series thinned = diagnosis::block_means(y, factor);
   if (thinned.size() > kMostSamples) thinned.resize(kMostSamples);
   thinned = diagnosis::detrended(thinned);
@@ -130,14 +126,14 @@ double nonlinearity(std::span<const double> y, double period, std::uint64_t seed
   const std::span<const double> piece = matched_ends(thinned, cycle);
   Series x(piece.begin(), piece.end());
   const double deviation = numeric::deviation(x);
-  if (x.size() < 6 * kEmbedding || !(deviation > 0.0)) return 0.0;
+  if (x.size() < 6 * Limits::kEmbedding || !(deviation > 0.0)) return 0.0;
   const double mean = numeric::mean(x);
   for (double& v : x) v = (v - mean) / deviation;
   const double gamma = foretold(x);
   const Spectrum spectrum(x);
   numeric::Random random(seed);
   Series surrogates;
-  for (std::size_t s = 0; s < kSurrogates; ++s)
+  for (std::size_t s = 0; s < Limits::kSurrogates; ++s)
     surrogates.push_back(foretold(spectrum.with_random_phases(random)));
   const double spread = numeric::deviation(surrogates);
   return spread > 0.0 ? (numeric::mean(surrogates) - gamma) / (3.0 * spread) : 0.0;

@@ -5,16 +5,12 @@
 #include <array>
 #include <cmath>
 
-#include "model/diagnosis/series.hpp"
+#include "model/diagnosis/limits.hpp"
+#include "model/diagnosis/series_ops.hpp"
 #include "model/numeric/statistics.hpp"
 
 namespace loopwarden::diagnosis {
 namespace {
-
-constexpr double kCrossingDepth = 0.03;  // of the autocorrelation; less is chance
-constexpr std::size_t kMostIntervals = 10;
-constexpr double kHighestRegularity = 20.0;
-constexpr double kRegularityThatCounts = 3.0;
 
 // The autocorrelation, computed lag by lag on demand: an oscillation needs only a few periods.
 class Autocorrelation {
@@ -41,13 +37,13 @@ Series crossings_of(const Autocorrelation& acf, std::size_t max_lag) {
   double last = 0.0;
   bool has_last = false;
   double before = 1.0;
-  for (std::size_t lag = 1; lag <= max_lag && crossings.size() <= kMostIntervals; ++lag) {
+  for (std::size_t lag = 1; lag <= max_lag && crossings.size() <= Limits::kMostIntervals; ++lag) {
     const double now = acf.at(lag);
     if (before * side > 0.0 && now * side <= 0.0) {
       last = static_cast<double>(lag) - now / (now - before);
       has_last = true;
     }
-    if (has_last && now * side < -kCrossingDepth) {
+    if (has_last && now * side < -Limits::kCrossingDepth) {
       crossings.push_back(last);
       side = -side;
       has_last = false;
@@ -75,7 +71,7 @@ Oscillation find_oscillation(std::span<const double> x) {
     const double spread = numeric::deviation(intervals);
     const double average = numeric::mean(intervals);
     result.regularity =
-        std::min(kHighestRegularity, average / std::max(3.0 * spread, 1e-6 * average));
+        std::min(Limits::kHighestRegularity, average / std::max(3.0 * spread, 1e-6 * average));
   }
   const auto lag = static_cast<std::size_t>(result.period + 0.5);
   if (lag > max_lag) return result;
@@ -97,7 +93,7 @@ TimeScale find_time_scale(std::span<const double> x) {
     TimeScale scale;
     scale.oscillation = find_oscillation(fast);
     if (scale.oscillation.period < 3.0) continue;
-    scale.score = (0.05 + std::min(kRegularityThatCounts, scale.oscillation.regularity)) *
+    scale.score = (0.05 + std::min(Limits::kRegularityThatCounts, scale.oscillation.regularity)) *
                   std::sqrt(numeric::variance(fast) / whole);
     if (scale.score > best.score) best = scale;
   }

@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 
+#include "model/diagnosis/limits.hpp"
 #include "model/effects/backlash/backlash.hpp"
 #include "model/numeric/statistics.hpp"
 
@@ -14,7 +15,6 @@ namespace {
 constexpr std::array kPlayBands{0.15, 0.25, 0.35, 0.45, 0.55, 0.65, 0.75, 0.85, 0.9};
 constexpr std::size_t kPlayDeadTimes = 8;
 constexpr std::array kPlayLags{0.0, 0.04};  // of the period
-constexpr double kSettled = 0.01;           // of the variance: no fit need explain it
 
 // Returns the best R^2 of PV on v after a dead time and a lag.
 double best_r2(const Series& y, const Series& v, double period) {
@@ -39,7 +39,7 @@ double best_r2(const Series& y, const Series& v, double period) {
 
 }  // namespace
 
-PlayFit fit_play(const Scales& pv, const Scales& co, double period) {
+PlayFit fit_play(const TimeScales& pv, const TimeScales& co, double period) {
   PlayFit fit;
   Series bands;
   for (std::size_t i = 0; i < pv.size(); ++i) {
@@ -59,8 +59,9 @@ PlayFit fit_play(const Scales& pv, const Scales& co, double period) {
         band = share * range;
       }
     }
-    fit.evidence +=
-        std::clamp(std::log((1.0 - straight + kSettled) / (1.0 - best + kSettled)), -1.5, 1.5);
+    fit.evidence += std::clamp(
+        std::log((1.0 - straight + Limits::kUnexplained) / (1.0 - best + Limits::kUnexplained)),
+        -1.5, 1.5);
     fit.linear_r2 += straight;
     fit.play_r2 += best;
     bands.push_back(band);

@@ -1,38 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "model/diagnosis/preparation.hpp"
+#include "model/diagnosis/limits.hpp"
 #include "model/numeric/statistics.hpp"
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <utility>
 #include <vector>
 
 namespace loopwarden::diagnosis {
 namespace {
-
-constexpr std::size_t kLongestGap = 10;  // samples that are filled
-constexpr double kManualShare = 0.2;     // of the record with CO at rest
-constexpr double kFrozenShare = 0.3;     // of the record with PV at rest while CO moves
-constexpr double kFreeShare =
-    0.25;  // of the samples, in a row away from the limits, that can be judged
-constexpr double kCutFrom = 0.03;    // of the samples at the limits: judge the part away from them
-constexpr double kSameValue = 1e-6;  // of the range of CO
-constexpr double kNearEnd = 1e-3;    // of the CO span
-constexpr double kLeastRest =
-    4.0;  // samples at the record's highest or lowest value that are a limit
-constexpr double kLongRest = 4.0;          // times as long as CO rests elsewhere
-constexpr double kNoFlowShare = 0.9;       // of the samples with PV at zero
-constexpr double kZero = 0.02;             // of the largest PV or SP
-constexpr double kTravel = 0.01;           // of the CO span: CO travels
-constexpr double kLeastMovement = 1e-4;    // of the CO span
-constexpr double kUpset = 2.5;             // times the range from 5 to 95 %: cut back
-constexpr double kAtSetPoint = 0.005;      // of the largest PV or SP: PV is at SP
-constexpr double kFarFromSetPoint = 0.05;  // of the largest PV or SP: PV is far from SP
-constexpr double kNoiseOff = 6.0;          // times the noise of PV: far
-constexpr double kOneSide = 0.9;           // of the samples with PV on one side of SP
-constexpr double kFollowsSetPoint = 0.8;   // correlation of PV with SP
-constexpr double kComesBack = 0.5;         // correlation of CO with SP
 
 constexpr const char* kLimitedReason =
     "in more than a third of the samples CO is at a limit, or does not move while PV stays far "
@@ -45,30 +22,19 @@ struct Part {
   std::size_t size() const { return to - from; }
 };
 
-bool complete(const RoutineRecord& r, std::size_t k) {
+bool complete(const numeric::LoopView& r, std::size_t k) {
   return std::isfinite(r.pv[k]) && std::isfinite(r.co[k]);
 }
 
 // Returns the samples after which a resting CO is in manual or at a limit.
 std::size_t standstill_length(std::size_t samples) {
   return std::max<std::size_t>(
-      3 * kLongestGap, static_cast<std::size_t>(kManualShare * static_cast<double>(samples)));
-}
-
-// Returns the least and greatest of the finite values.
-std::pair<double, double> range_of(std::span<const double> x) {
-  double low = std::numeric_limits<double>::infinity();
-  double high = -low;
-  for (const double v : x) {
-    if (!std::isfinite(v)) continue;
-    low = std::min(low, v);
-    high = std::max(high, v);
-  }
-  return {low, high};
+      3 * Limits::kLongestGap,
+      static_cast<std::size_t>(Limits::kManualShare * static_cast<double>(samples)));
 }
 
 // Returns the samples that count: complete, and not in a stretch in which CO rests for long.
-std::vector<char> automatic_samples(const RoutineRecord& r) {
+std::vector<char> automatic_samples(const numeric::LoopView& r) {
   const std::size_t n = r.pv.size();
   const std::size_t standstill = standstill_length(n);
   std::vector<char> counts(n, 0);
@@ -85,14 +51,14 @@ std::vector<char> automatic_samples(const RoutineRecord& r) {
 
 // Returns the longest part without a gap of more than kLongestGap samples, beginning and ending
 // complete.
-Part longest_part(const RoutineRecord& r) {
+Part longest_part(const numeric::LoopView& r) {
   const std::vector<char> counts = automatic_samples(r);
   Part best;
   Part part;
   bool open = false;
   for (std::size_t k = 0; k < counts.size(); ++k) {
     if (counts[k] == 0) continue;
-    if (!open || k - part.to >= kLongestGap) part.from = k;
+    if (!open || k - part.to >= Limits::kLongestGap) part.from = k;
     open = true;
     part.to = k + 1;
     if (part.size() > best.size()) best = part;
@@ -122,8 +88,8 @@ Series filled(std::span<const double> x) {
 // in the log.
 std::vector<char> rests_at_limit(const Series& co, double span_low, double span_high) {
   const auto [low, high] = std::minmax_element(co.begin(), co.end());
-  const double tolerance = kSameValue * (*high - *low);
-  const double near_end = kNearEnd * (span_high - span_low);
+  const double tolerance = Limits::kSameValue * (*high - *low);
+  const double near_end = Limits::kNearEnd * (span_high - span_low);
   std::vector<char> resting(co.size(), 0);
   std::vector<Part> at_ends;
   Series between;  // lengths of the rests elsewhere, samples
@@ -140,7 +106,8 @@ std::vector<char> rests_at_limit(const Series& co, double span_low, double span_
   // A CO logged in coarse steps rests at every step.
   const double usual = between.empty() ? 1.0 : numeric::quantile(between, 0.9);
   for (const Part& part : at_ends) {
-    if (static_cast<double>(part.size()) >= std::max(kLeastRest, kLongRest * usual)) {
+    if (static_cast<double>(part.size()) >=
+        std::max(Limits::kLeastRest, Limits::kLongRest * usual)) {
       std::fill(resting.begin() + static_cast<std::ptrdiff_t>(part.from),
                 resting.begin() + static_cast<std::ptrdiff_t>(part.to), 1);
     }
@@ -161,11 +128,11 @@ std::vector<char> rests_at_limit(const Series& co, double span_low, double span_
 Part longest_free_part(const std::vector<char>& resting) {
   Part best;
   Part part;
-  std::size_t rest = kLongestGap;
+  std::size_t rest = Limits::kLongestGap;
   for (std::size_t k = 0; k < resting.size(); ++k) {
     rest = resting[k] != 0 ? rest + 1 : 0;
     if (rest == 0) part.to = k + 1;
-    if (rest >= kLongestGap) part = {.from = k + 1, .to = k + 1};
+    if (rest >= Limits::kLongestGap) part = {.from = k + 1, .to = k + 1};
     if (part.size() > best.size()) best = part;
   }
   return best;
@@ -197,7 +164,7 @@ double scale(Series& x) {
   const double half_range = (numeric::quantile(x, 0.95) - numeric::quantile(x, 0.05)) / 2.0;
   if (half_range > 0.0) {
     const double middle = (numeric::quantile(x, 0.95) + numeric::quantile(x, 0.05)) / 2.0;
-    const double reach = kUpset * half_range;
+    const double reach = Limits::kUpset * half_range;
     for (double& v : x) v = std::clamp(v, middle - reach, middle + reach);
   }
   const double deviation = numeric::deviation(x);
@@ -233,7 +200,8 @@ bool stands_still(std::span<const double> x) {
 // Returns whether PV is exactly the same for long while CO moves. An analyser or a historian holds
 // it far shorter.
 bool frozen(const Series& pv, const Series& co) {
-  const auto longest = static_cast<std::size_t>(kFrozenShare * static_cast<double>(pv.size())) + 1;
+  const auto longest =
+      static_cast<std::size_t>(Limits::kFrozenShare * static_cast<double>(pv.size())) + 1;
   std::size_t since = 0;
   bool moving = false;
   for (std::size_t k = 1; k < pv.size(); ++k) {
@@ -265,13 +233,15 @@ bool at_zero(std::span<const double> pv, double scale) {
   for (const double v : pv) {
     if (!std::isfinite(v)) continue;
     ++known;
-    zero += std::abs(v) <= kZero * scale ? 1U : 0U;
+    zero += std::abs(v) <= Limits::kZero * scale ? 1U : 0U;
   }
-  return static_cast<double>(zero) >= kNoFlowShare * static_cast<double>(known);
+  return static_cast<double>(zero) >= Limits::kNoFlowShare * static_cast<double>(known);
 }
 
-bool no_flow(const Series& pv, const Series& co, const Series& sp, const RoutineRecord& record) {
-  return moves(co, kTravel * (record.co_high - record.co_low)) && at_zero(pv, scale_of(pv, sp));
+bool no_flow(const Series& pv, const Series& co, const Series& sp,
+             const numeric::LoopView& record) {
+  return moves(co, Limits::kTravel * (record.co_high - record.co_low)) &&
+         at_zero(pv, scale_of(pv, sp));
 }
 
 // Returns the noise of PV between neighbours, PV units.
@@ -287,7 +257,8 @@ double noise_of(std::span<const double> pv) {
 
 // Returns whether PV is off SP on one side during `part`, by more than its noise and `share` of the
 // scale.
-bool off_set_point(const RoutineRecord& r, Part part, double share, double noises, double scale) {
+bool off_set_point(const numeric::LoopView& r, Part part, double share, double noises,
+                   double scale) {
   Series error;
   for (std::size_t k = part.from; k < part.to; ++k) {
     const double e = r.pv[k] - r.sp[k];
@@ -300,17 +271,17 @@ bool off_set_point(const RoutineRecord& r, Part part, double share, double noise
   const auto beyond = std::count_if(error.begin(), error.end(), [&](double e) {
     return std::abs(e) > bound && (e > 0.0) == (middle > 0.0);
   });
-  return static_cast<double>(beyond) >= kOneSide * static_cast<double>(error.size());
+  return static_cast<double>(beyond) >= Limits::kOneSide * static_cast<double>(error.size());
 }
 
 // Returns the samples at which CO is at an end of its span, or rests for long while PV stays
 // far from SP. A long rest does not count if PV is at SP (no error to correct) or at zero (the
 // valve is shut, or there is no flow).
-std::vector<char> limited_samples(const RoutineRecord& r) {
+std::vector<char> limited_samples(const numeric::LoopView& r) {
   const std::size_t n = r.pv.size();
   std::vector<char> limited(n, 0);
-  const auto [low, high] = range_of(r.co);
-  const double near_end = kNearEnd * (r.co_high - r.co_low);
+  const auto [low, high] = numeric::range_of(r.co);
+  const double near_end = Limits::kNearEnd * (r.co_high - r.co_low);
   const bool low_known = low >= r.co_low - near_end;
   const bool high_known = high <= r.co_high + near_end;
   const auto at_end = [&](double co) {
@@ -333,8 +304,8 @@ std::vector<char> limited_samples(const RoutineRecord& r) {
     const bool end = at_end(r.co[rest.from]) && at_end(r.co[rest.to - 1]);
     bool counts = end;
     if (rest.size() >= standstill) {
-      const double share = end ? kAtSetPoint : kFarFromSetPoint;
-      const double noises = end ? 0.0 : kNoiseOff;
+      const double share = end ? Limits::kAtSetPoint : Limits::kFarFromSetPoint;
+      const double noises = end ? 0.0 : Limits::kNoiseOff;
       counts = !at_zero(pv, scale) && (has_sp ? off_set_point(r, rest, share, noises, scale) : end);
     }
     for (std::size_t k = rest.from; counts && k < rest.to; ++k) limited[k] = complete(r, k) ? 1 : 0;
@@ -351,10 +322,10 @@ void call_saturated(Prepared& p, const char* refusal) {
 }  // namespace
 
 bool mostly_limited(std::size_t limited, std::size_t complete) noexcept {
-  return static_cast<double>(limited) > kClampedShare * static_cast<double>(complete);
+  return static_cast<double>(limited) > Limits::kClampedShare * static_cast<double>(complete);
 }
 
-Prepared prepare(const RoutineRecord& record) {
+Prepared prepare(const numeric::LoopView& record) {
   Prepared p;
   p.gate = Gate::too_little;
   if (record.pv.size() != record.co.size()) {
@@ -364,7 +335,8 @@ Prepared prepare(const RoutineRecord& record) {
   const std::vector<char> limited = limited_samples(record);
   p.limited = static_cast<std::size_t>(std::count(limited.begin(), limited.end(), 1));
   for (std::size_t k = 0; k < record.pv.size(); ++k) p.complete += complete(record, k) ? 1U : 0U;
-  const bool saturated = p.complete >= kLeastSamples && mostly_limited(p.limited, p.complete);
+  const bool saturated =
+      p.complete >= Limits::kLeastSamples && mostly_limited(p.limited, p.complete);
   if (saturated) {
     p.share_at_limit = static_cast<double>(p.limited) / static_cast<double>(p.complete);
   }
@@ -378,14 +350,14 @@ Prepared prepare(const RoutineRecord& record) {
     return p;
   }
   const Part part = longest_part(record);
-  if (part.size() < kLeastSamples && saturated) {
+  if (part.size() < Limits::kLeastSamples && saturated) {
     call_saturated(p, kLimitedReason);
     return p;
   }
-  if (part.size() < kLeastSamples) {
-    p.settle =
-        "a longer record in automatic, " + std::to_string(kLeastSamples) + " samples at least";
-    p.refusal = "fewer than " + std::to_string(kLeastSamples) +
+  if (part.size() < Limits::kLeastSamples) {
+    p.settle = "a longer record in automatic, " + std::to_string(Limits::kLeastSamples) +
+               " samples at least";
+    p.refusal = "fewer than " + std::to_string(Limits::kLeastSamples) +
                 " samples of PV and CO in a row in automatic without a long gap";
     return p;
   }
@@ -395,11 +367,11 @@ Prepared prepare(const RoutineRecord& record) {
   if (record.sp.size() == record.pv.size()) sp = filled(record.sp.subspan(part.from, part.size()));
   p.from = part.from;
   p.used = pv.size();
-  if (saturated && !moves(co, kLeastMovement * (record.co_high - record.co_low))) {
+  if (saturated && !moves(co, Limits::kLeastMovement * (record.co_high - record.co_low))) {
     call_saturated(p, kLimitedReason);
     return p;
   }
-  if (!moves(co, kLeastMovement * (record.co_high - record.co_low))) {
+  if (!moves(co, Limits::kLeastMovement * (record.co_high - record.co_low))) {
     p.refusal = "the controller output does not move: manual, or no error to correct";
     p.settle = "a record of at least an hour in automatic";
     return p;
@@ -425,12 +397,13 @@ Prepared prepare(const RoutineRecord& record) {
   const std::vector<char> resting = rests_at_limit(co, record.co_low, record.co_high);
   p.share_at_limit = static_cast<double>(std::count(resting.begin(), resting.end(), 1)) /
                      static_cast<double>(resting.size());
-  if (p.share_at_limit > kCutFrom) {
+  if (p.share_at_limit > Limits::kCutFrom) {
     const Part inside = longest_free_part(resting);
-    const auto least = std::max(
-        kLeastSamples, static_cast<std::size_t>(kFreeShare * static_cast<double>(co.size())));
-    if (p.share_at_limit > kClampedShare || inside.size() < least) {
-      call_saturated(p, p.share_at_limit > kClampedShare
+    const auto least =
+        std::max(Limits::kLeastSamples,
+                 static_cast<std::size_t>(Limits::kFreeShare * static_cast<double>(co.size())));
+    if (p.share_at_limit > Limits::kClampedShare || inside.size() < least) {
+      call_saturated(p, p.share_at_limit > Limits::kClampedShare
                             ? "CO rests at its limits in more than a third of the samples"
                             : "CO reaches its limits repeatedly, and no part between is long "
                               "enough to be judged");
@@ -446,7 +419,7 @@ Prepared prepare(const RoutineRecord& record) {
     cut(sp);
     p.from += inside.from;
     p.used = pv.size();
-    if (!moves(co, kLeastMovement * (record.co_high - record.co_low)) || !moves(pv, 0.0)) {
+    if (!moves(co, Limits::kLeastMovement * (record.co_high - record.co_low)) || !moves(pv, 0.0)) {
       call_saturated(p, "CO moves only when it reaches its limits");
       return p;
     }
@@ -457,8 +430,8 @@ Prepared prepare(const RoutineRecord& record) {
   if (p.set_point_active) {
     for (std::size_t k = 0; k < error.size(); ++k) error[k] -= sp[k];
   }
-  p.integrates = p.set_point_active && numeric::correlation(pv, sp) > kFollowsSetPoint &&
-                 std::abs(numeric::correlation(co, sp)) < kComesBack;
+  p.integrates = p.set_point_active && numeric::correlation(pv, sp) > Limits::kFollowsSetPoint &&
+                 std::abs(numeric::correlation(co, sp)) < Limits::kComesBack;
   p.raw_pv = pv;
   p.raw_co = co;
   p.raw_sp = sp;
@@ -472,14 +445,14 @@ Prepared prepare(const RoutineRecord& record) {
   if (period <= 0.0) period = static_cast<double>(pv.size()) / 4.0;
   period = std::min(period, static_cast<double>(pv.size()) / 2.0);
 
-  p.factor = std::max<std::size_t>(1, static_cast<std::size_t>(period / kSamplesPerPeriod));
+  p.factor = std::max<std::size_t>(1, static_cast<std::size_t>(period / Limits::kSamplesPerPeriod));
   p.pv = block_means(pv, p.factor);
   p.co = block_means(co, p.factor);
   error = block_means(error, p.factor);
   p.period = period / static_cast<double>(p.factor);
-  p.period_s = period * record.sample_time_s;
+  p.period_s = period * record.period_s;
   p.cycles = static_cast<double>(p.pv.size()) / p.period;
-  p.window = static_cast<std::size_t>(kWindowPeriods * p.period + 0.5);
+  p.window = static_cast<std::size_t>(Limits::kWindowPeriods * p.period + 0.5);
 
   p.error = high_passed(error, p.window);
   p.output = high_passed(p.co, p.window);

@@ -10,8 +10,8 @@
 //     moving mean of kWindowPeriods periods, upsets are cut back to 2.5 times the range from 5 to
 //     95 %, and both signals are scaled to a standard deviation of 1.
 //
-// The valve indicators (phase.hpp, play_fit.hpp, hammerstein.hpp) use `raw_pv` and `raw_co` without
-// these changes.
+// The valve indicators (odd_phase.hpp, play_fit.hpp, hammerstein.hpp) use `raw_pv` and `raw_co`
+// without these changes.
 //
 // Gates, each with its reason: too few samples, CO does not move (manual), and these, which name a
 // cause directly:
@@ -28,27 +28,13 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <span>
 #include <string>
 
 #include "model/diagnosis/oscillation.hpp"
-#include "model/diagnosis/series.hpp"
+#include "model/diagnosis/series_ops.hpp"
+#include "model/numeric/loop_record.hpp"
 
 namespace loopwarden::diagnosis {
-
-inline constexpr std::size_t kLeastSamples = 100;
-inline constexpr double kSamplesPerPeriod = 40.0;
-inline constexpr double kWindowPeriods = 3.0;
-
-// Columns of one length, NaN where a sample is missing; `sp` may be empty.
-struct RoutineRecord {
-  std::span<const double> pv;  // PV units
-  std::span<const double> co;  // CO units
-  std::span<const double> sp;  // PV units
-  double sample_time_s = 1.0;  // s, > 0
-  double co_low = 0.0;         // CO units, the span of the controller's output
-  double co_high = 100.0;
-};
 
 // The result of a gate, without the weighing of evidence.
 enum class Gate : std::uint8_t { open, too_little, sensor, no_flow, saturation };
@@ -87,9 +73,8 @@ struct Prepared {
   double held_share = 0.0;        // of the samples, PV exactly as before, 0 to 1
 };
 
-Prepared prepare(const RoutineRecord& record);
+Prepared prepare(const numeric::LoopView& record);
 
-inline constexpr double kClampedShare = 1.0 / 3.0;  // of the samples with CO at its limits
 // Returns whether so many of the complete samples are limited that the loop is saturated.
 bool mostly_limited(std::size_t limited, std::size_t complete) noexcept;
 

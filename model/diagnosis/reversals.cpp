@@ -5,23 +5,13 @@
 #include <array>
 #include <cmath>
 
-#include "model/diagnosis/series.hpp"
+#include "model/diagnosis/limits.hpp"
+#include "model/diagnosis/series_ops.hpp"
 #include "model/numeric/enum_name.hpp"
 #include "model/numeric/statistics.hpp"
 
 namespace loopwarden::diagnosis {
 namespace {
-
-constexpr double kTurnDepth = 0.25;        // of the range of CO
-constexpr double kLeastScatter = 1e-6;     // used instead of 0
-constexpr double kSteadyTravel = 0.3;      // scatter
-constexpr double kSteadyCycle = 0.4;       // scatter
-constexpr double kClockwork = 0.06;        // scatter of the cycle
-constexpr double kForgetsPhase = 1.5;      // scatter of four cycles over that of one
-constexpr double kLeastForgotten = 0.04;   // scatter of four cycles that is not rounding
-constexpr double kByTravelFrom = 1.5;      // cycle's scatter over travel's
-constexpr double kByTimeBelow = 1.1;       // the same
-constexpr double kByTimeForgetting = 0.8;  // the same, of a cycle that forgets its phase
 
 double quartile_range(const Series& x) {
   return numeric::quantile(x, 0.75) - numeric::quantile(x, 0.25);
@@ -60,25 +50,28 @@ std::vector<std::size_t> turning_points(std::span<const double> x, double depth)
 }
 
 ReversalsBy Reversals::by() const noexcept {
-  if (count < kLeastReversals) return ReversalsBy::neither;
+  if (count < Limits::kLeastReversals) return ReversalsBy::neither;
   const bool forgets =
-      four_cycle_scatter > std::max(kForgetsPhase * cycle_scatter, kLeastForgotten);
-  if (cycle_scatter < kClockwork) {
-    const bool known = four_cycle_scatter > 0.0 && count >= kLeastForClockwork;
+      four_cycle_scatter > std::max(Limits::kForgetsPhase * cycle_scatter, Limits::kLeastForgotten);
+  if (cycle_scatter < Limits::kClockwork) {
+    const bool known = four_cycle_scatter > 0.0 && count >= Limits::kLeastForClockwork;
     return known && !forgets ? ReversalsBy::clockwork : ReversalsBy::neither;
   }
-  if (cycle_scatter > kByTravelFrom * travel_scatter && travel_scatter < kSteadyTravel) {
+  if (cycle_scatter > Limits::kByTravelFrom * travel_scatter &&
+      travel_scatter < Limits::kSteadyTravel) {
     return ReversalsBy::travel;
   }
-  if (count >= kLeastForTime && cycle_scatter < kSteadyCycle &&
-      cycle_scatter < (forgets ? kByTimeForgetting : kByTimeBelow) * travel_scatter) {
+  if (count >= Limits::kLeastForTime && cycle_scatter < Limits::kSteadyCycle &&
+      cycle_scatter <
+          (forgets ? Limits::kByTimeForgetting : Limits::kByTimeBelow) * travel_scatter) {
     return ReversalsBy::time;
   }
   return ReversalsBy::neither;
 }
 
 bool Reversals::cycles() const noexcept {
-  return by() == ReversalsBy::travel || (count >= kLeastReversals && cycle_scatter < kSteadyCycle);
+  return by() == ReversalsBy::travel ||
+         (count >= Limits::kLeastReversals && cycle_scatter < Limits::kSteadyCycle);
 }
 
 Reversals find_reversals(std::span<const double> co) {
@@ -87,9 +80,9 @@ Reversals find_reversals(std::span<const double> co) {
   if (u.empty()) return found;
   const double range = numeric::quantile(u, 0.98) - numeric::quantile(u, 0.02);
   if (range <= 0.0) return found;
-  const std::vector<std::size_t> at = turning_points(u, kTurnDepth * range);
+  const std::vector<std::size_t> at = turning_points(u, Limits::kReversalDepth * range);
   // The first turn may be no turn, and the last run is cut off.
-  if (at.size() < kLeastReversals + 1) return found;
+  if (at.size() < Limits::kLeastReversals + 1) return found;
   found.count = at.size() - 1;
   std::array<Series, 2> travels;
   Series cycles;
@@ -102,9 +95,9 @@ Reversals find_reversals(std::span<const double> co) {
   found.travel_scatter = std::hypot(scatter(travels[0]), scatter(travels[1])) / std::sqrt(2.0);
   found.cycle_scatter = scatter(cycles);
   // A scatter of exactly 0 is a valid result too.
-  if (fours.size() >= kLeastFours) {
+  if (fours.size() >= Limits::kLeastFours) {
     found.four_cycle_scatter =
-        std::max(quartile_range(fours) / numeric::median(cycles), kLeastScatter);
+        std::max(quartile_range(fours) / numeric::median(cycles), Limits::kLeastScatter);
   }
   return found;
 }

@@ -5,14 +5,12 @@
 #include <cmath>
 #include <limits>
 
+#include "model/diagnosis/limits.hpp"
 #include "model/numeric/statistics.hpp"
 #include "model/diagnosis/variability.hpp"
 
 namespace loopwarden::diagnosis {
 namespace {
-
-constexpr double kAtLimit = 0.001;         // of the CO span
-constexpr std::size_t kMostDeadTime = 60;  // largest dead time
 
 bool known(double v) noexcept { return std::isfinite(v); }
 
@@ -52,7 +50,7 @@ void travel_of(std::span<const double> co, double hours, WindowFindings& window)
   window.reversals_per_hour = reversals / hours;
 }
 
-void error_of(const LoopSamples& s, double hours, WindowFindings& window) {
+void error_of(const numeric::LoopView& s, double hours, WindowFindings& window) {
   window.error = std::numeric_limits<double>::quiet_NaN();
   if (s.sp.empty()) return;
   double sum = 0.0;
@@ -75,17 +73,17 @@ void error_of(const LoopSamples& s, double hours, WindowFindings& window) {
 
 }  // namespace
 
-WindowFindings judge_window(const LoopSamples& s) {
+WindowFindings judge_window(const numeric::LoopView& s) {
   WindowFindings window;
   const std::size_t n = s.pv.size();
-  const double hours = static_cast<double>(n) * s.sample_time_s / 3600.0;
+  const double hours = static_cast<double>(n) * s.period_s / 3600.0;
   std::vector<double> pv(s.pv.begin(), s.pv.end());
   std::vector<double> co(s.co.begin(), s.co.end());
   std::size_t moded = 0;
   std::size_t automatic = 0;
   std::size_t complete = 0;
   std::size_t at_limit = 0;
-  const double near = kAtLimit * (s.co_high - s.co_low);
+  const double near = Limits::kNearEnd * (s.co_high - s.co_low);
   for (std::size_t k = 0; k < n; ++k) {
     if (known(pv[k]) && known(co[k])) {
       ++complete;
@@ -109,8 +107,8 @@ WindowFindings judge_window(const LoopSamples& s) {
   window.noise = signal_noise(pv);
   error_of(s, hours, window);
   travel_of(co, hours, window);
-  const std::size_t dead_time = dead_time_samples(co, pv, kMostDeadTime);
-  window.dead_time_s = static_cast<double>(dead_time) * s.sample_time_s;
+  const std::size_t dead_time = dead_time_samples(co, pv, Limits::kMostDeadTime);
+  window.dead_time_s = static_cast<double>(dead_time) * s.period_s;
   std::vector<double> error = pv;
   for (std::size_t k = 0; k < n && !s.sp.empty(); ++k) error[k] -= s.sp[k];
   window.variability = variability(error, dead_time);

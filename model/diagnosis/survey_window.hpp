@@ -16,22 +16,13 @@
 #pragma once
 
 #include <cstddef>
-#include <cstdint>
 #include <optional>
 #include <span>
-#include <vector>
 
 #include "model/diagnosis/classifier.hpp"
+#include "model/numeric/loop_record.hpp"
 
 namespace loopwarden::diagnosis {
-
-// Columns of one length; `sp` and `automatic` (1 yes, 0 no, NaN unknown) may be empty.
-struct LoopSamples {
-  std::span<const double> pv, co, sp, automatic;
-  double sample_time_s = 1.0;
-  double co_low = 0.0;  // CO units
-  double co_high = 100.0;
-};
 
 struct WindowFindings {
   double automatic = 1.0;
@@ -46,7 +37,7 @@ struct WindowFindings {
   double noise = 0.0;
 };
 
-WindowFindings judge_window(const LoopSamples& samples);
+WindowFindings judge_window(const numeric::LoopView& samples);
 
 // Returns the index of the first window from which all causes up to the newest are `cause`; empty
 // if the newest one is another. `causes` are in the order of time.

@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 
+#include "model/diagnosis/limits.hpp"
 #include "model/effects/backlash/backlash.hpp"
 #include "model/effects/stiction/stiction_choudhury.hpp"
 #include "model/numeric/statistics.hpp"
@@ -12,9 +13,7 @@
 namespace loopwarden::diagnosis {
 namespace {
 
-constexpr double kWhitening = 0.9;
 constexpr std::size_t kDeadTimes = 9;
-constexpr double kLongestDeadTime = 0.5;    // periods
 constexpr std::size_t kMostSamples = 1200;  // more only take time
 // Time constants over the period. The last one represents an integrating process.
 constexpr std::array<double, 6> kTimeConstants{0.0, 0.04, 0.1, 0.25, 0.7, -1.0};
@@ -67,7 +66,7 @@ double explained(const Series& y, const Series& z, std::size_t d, std::size_t fr
 
 Best fit_process(const Series& v, const Target& target) {
   Best best;
-  const auto longest = static_cast<std::size_t>(kLongestDeadTime * target.period + 0.5);
+  const auto longest = static_cast<std::size_t>(Limits::kLongestDeadTime * target.period + 0.5);
   const std::size_t from = longest + 2;
   if (target.y.size() < 2 * from) return best;
   for (const double time_constant : kTimeConstants) {
@@ -93,8 +92,8 @@ Best fit_process(const Series& v, const Target& target) {
       best.free = std::max(best.free, free);
       double& of_kind = integrating ? best.integrating : best.other;
       of_kind = std::max(of_kind, free);
-      best.whitened =
-          std::max(best.whitened, explained(target.y, z, d, from, target.action, kWhitening));
+      best.whitened = std::max(best.whitened,
+                               explained(target.y, z, d, from, target.action, Limits::kWhitening));
     }
   }
   return best;

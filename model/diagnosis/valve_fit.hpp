@@ -1,26 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Fits a process, with and without a sticking valve, from CO to PV in free run.
-//
-//   v = CO                                   no valve effect
-//   v = play(CO, s)                          backlash
-//   v = stiction(CO, s, j)                   stiction (stiction_choudhury.hpp), s and j on a grid
-//   z(k) = a z(k-1) + (1 - a) v(k - d),  1 - a -> 1 at a = 1 (integrating);  PV = K z + slow load
-//
-// K is from least squares, with the sign that the controller's action requires. Pole a and dead
-// time d are on a grid, the same for all three. Both sides have the same high-pass, which removes
-// the slow load. Fits are judged twice: as they are, and with errors whitened by 1 - 0.9 q^-1,
-// which takes a random load into account. All three have the same freedom of phase, so the gain
-// of a valve effect is its shape.
-//
-// Source: the scheme of R. Srinivasan, R. Rengaswamy, S. Narasimhan and R. Miller, Ind. Eng. Chem.
-// Res. 44 (2005), and M. Jelali, J. Process Control 18 (2008), with grids in place of a global
-// search.
+// Fits a process, with and without a sticking valve, from CO to PV in free run. Equations and
+// sources: docs/math/valve-evidence.md.
 //
 // Limits: this indicator is weak without the others, as a valve model fits loads too. It has no
 // second order, and no gain or load that change.
 #pragma once
-
-#include <cstddef>
 
 #include "model/diagnosis/preparation.hpp"
 

@@ -7,10 +7,12 @@
 #include <limits>
 #include <vector>
 
+#include "model/diagnosis/limits.hpp"
+
 namespace loopwarden::diagnosis {
 
 double variability(std::span<const double> y, std::size_t dead_time) {
-  constexpr std::size_t m = kVariabilityOrder;
+  constexpr std::size_t m = Limits::kVariabilityOrder;
   constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
   const std::size_t b = std::max<std::size_t>(1, dead_time);
   if (y.size() < 10 * (b + m)) return kNone;

@@ -22,8 +22,6 @@
 
 namespace loopwarden::diagnosis {
 
-inline constexpr std::size_t kVariabilityOrder = 20;
-
 // Returns the index. NaN in y: a missing sample; rows that include one are left out.
 double variability(std::span<const double> y, std::size_t dead_time_samples);
 

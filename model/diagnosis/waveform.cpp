@@ -8,14 +8,13 @@
 #include <numbers>
 #include <vector>
 
-#include "model/diagnosis/series.hpp"
+#include "model/diagnosis/limits.hpp"
+#include "model/diagnosis/series_ops.hpp"
 #include "model/numeric/statistics.hpp"
 
 namespace loopwarden::diagnosis {
 namespace {
 
-constexpr double kShapeCrossingDepth = 0.3;   // of the RMS
-constexpr std::size_t kLeastInHalfCycle = 4;  // samples
 constexpr std::size_t kMeanCyclePoints = 32;
 
 // Returns the first samples of the half cycles; the last entry is the end of the last one.
@@ -113,7 +112,7 @@ Waveform waveform(std::span<const double> x, double period) {
   const Series smooth = moving_mean(x, static_cast<std::size_t>(period / 12.0));
   bool first_rises = true;
   const std::vector<std::size_t> starts =
-      half_cycles(smooth, kShapeCrossingDepth * numeric::deviation(smooth), first_rises);
+      half_cycles(smooth, Limits::kShapeCrossingDepth * numeric::deviation(smooth), first_rises);
   double energy = 0.0;
   double sine = 0.0;
   double straight = 0.0;
@@ -122,7 +121,7 @@ Waveform waveform(std::span<const double> x, double period) {
   Series values;
   for (std::size_t i = 0; i + 1 < starts.size(); ++i) {
     const std::size_t length = starts[i + 1] - starts[i];
-    if (length < kLeastInHalfCycle || static_cast<double>(length) < period / 6.0) continue;
+    if (length < Limits::kLeastInHalfCycle || static_cast<double>(length) < period / 6.0) continue;
     const auto half = x.subspan(starts[i], length);
     double best_sine = 1e300;
     double best_triangle = 1e300;

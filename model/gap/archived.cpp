@@ -93,7 +93,7 @@ double sees_from(const plant::LoopModel& model, const Deviations& deviations) {
   return 2.0 * std::max(deviations.co, gain > 0.0 ? deviations.pv / gain : 0.0);
 }
 
-Result find_gap_archived(const Record& record, const plant::LoopModel& model,
+Result find_gap_archived(const LoopRecord& record, const plant::LoopModel& model,
                          const Options& options, const Deviations& deviations,
                          const ParallelFor& parallel, const std::function<void(double)>& progress) {
   const double narrowest = sees_from(model, deviations);

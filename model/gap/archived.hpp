@@ -37,7 +37,7 @@ struct Deviations {
 // CO units: what is narrower can't be seen.
 double sees_from(const plant::LoopModel& model, const Deviations& deviations);
 
-Result find_gap_archived(const Record& record, const plant::LoopModel& model,
+Result find_gap_archived(const LoopRecord& record, const plant::LoopModel& model,
                          const Options& options, const Deviations& deviations,
                          const ParallelFor& parallel, const std::function<void(double)>& progress);
 

@@ -98,17 +98,16 @@ void take_spikes_out(CheckedRecord& out, const std::vector<double>& pv) {
   for (std::size_t k = 0; k < pv.size(); ++k) {
     if (out.reading.spikes.at[k]) out.used[k] = false;
   }
-  out.quality.notes.push_back(
-      {"spikes",
-       text("%zu samples of PV in %zu spikes of %.3g: passed over", out.reading.spikes.samples,
-            out.reading.spikes.count, out.reading.spikes.size)});
+  out.quality.notes.push_back({"spikes", text("%zu samples of PV in %zu spikes of %.3g: skipped",
+                                              out.reading.spikes.samples, out.reading.spikes.count,
+                                              out.reading.spikes.size)});
 }
 
 }  // namespace
 
-CheckedRecord check(const Record& given, const plant::LoopModel& model) {
+CheckedRecord check(const LoopRecord& given, const plant::LoopModel& model) {
   CheckedRecord out;
-  Record record = believed(given, model);
+  LoopRecord record = believed(given, model);
   out.quality = check_record(record, model);
   if (!out.quality.usable) return out;
 

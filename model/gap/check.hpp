@@ -22,7 +22,7 @@ namespace loopwarden::gap {
 
 struct CheckedRecord {
   RecordCheck quality;             // with `usable` false the rest is empty
-  Record record;                   // what can't have been measured taken out; CO as it is used
+  LoopRecord record;               // what can't have been measured taken out; CO as it is used
   plant::LoopModel model;          // quiet, at the record's period
   bool closed_loop = false;        // CO was not measured
   std::vector<double> pv, sp, co;  // gaps closed; sp empty where nobody knows it
@@ -33,6 +33,6 @@ struct CheckedRecord {
   std::size_t training_end = 0;    // first sample of the holdout
 };
 
-CheckedRecord check(const Record& given, const plant::LoopModel& model);
+CheckedRecord check(const LoopRecord& given, const plant::LoopModel& model);
 
 }  // namespace loopwarden::gap

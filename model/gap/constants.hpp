@@ -43,7 +43,7 @@ inline constexpr double kSpikeNoise = 8.0;
 inline constexpr double kSpikeSpan = 0.01;
 inline constexpr double kSpikeNear = 0.3;
 inline constexpr std::size_t kLongestSpike = 10;
-// Fewer are passed over and said, and are no effect. By hand.
+// Fewer are skipped and said, and are no effect. By hand.
 inline constexpr std::size_t kFewestSpikes = 3;
 // A process that forgets faster than in so many samples can make a spike. By hand.
 inline constexpr double kSpikeLag = 3.0;

@@ -17,7 +17,7 @@ namespace loopwarden::gap {
 namespace {
 
 // Where SP, PV and CO are known; a gap of up to three samples is bridged by the value before.
-std::vector<SampleRange> known_stretches(const Record& record) {
+std::vector<SampleRange> known_stretches(const LoopRecord& record) {
   constexpr std::size_t kBridged = 3;
   std::vector<SampleRange> stretches;
   std::size_t missing = kBridged + 1;  // in a row; so many before the record
@@ -49,8 +49,8 @@ class Replay {
     double dead_band = 0.0;  // PV units
   };
 
-  explicit Replay(const Record& record) : Replay(record, {}) {}
-  Replay(const Record& record, const Inlet& inlet)
+  explicit Replay(const LoopRecord& record) : Replay(record, {}) {}
+  Replay(const LoopRecord& record, const Inlet& inlet)
       : record_(record),
         sp_(held(record.sp)),
         pv_(held(record.pv)),
@@ -135,7 +135,7 @@ class Replay {
   }
 
  private:
-  const Record& record_;
+  const LoopRecord& record_;
   std::vector<double> sp_, pv_, co_;  // gaps closed
   std::vector<SampleRange> stretches_;
   std::size_t training_end_;
@@ -183,7 +183,7 @@ struct Settings {
 };
 
 // The gains that go best with such an inlet; nothing where they are none of a controller.
-std::optional<Settings> with_inlet(const Record& record, const control::PidSettings& settings,
+std::optional<Settings> with_inlet(const LoopRecord& record, const control::PidSettings& settings,
                                    const Replay::Inlet& inlet) {
   const Replay replay(record, inlet);
   const std::optional<Slopes> slopes = replay.from_moves(settings);
@@ -195,7 +195,7 @@ std::optional<Settings> with_inlet(const Record& record, const control::PidSetti
 }
 
 // The one filter or dead band that leaves least: places a factor of two apart, then between them.
-std::optional<Settings> other_inlet(const Record& record, const control::PidSettings& settings,
+std::optional<Settings> other_inlet(const LoopRecord& record, const control::PidSettings& settings,
                                     double error_rms) {
   std::optional<Settings> best;
   const auto offer = [&](const Replay::Inlet& inlet) {
@@ -232,7 +232,7 @@ std::vector<double> replay_controller(const control::PidSettings& settings, doub
   return co;
 }
 
-ControllerFinding compare_controller(const Record& record, const plant::LoopModel& model) {
+ControllerFinding compare_controller(const LoopRecord& record, const plant::LoopModel& model) {
   ControllerFinding found;
   if (!record.has_co() || !record.has_sp()) return found;
   const Replay replay(record);

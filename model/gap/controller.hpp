@@ -42,7 +42,7 @@ struct ControllerFinding {
 };
 
 // Fits on the first two thirds.
-ControllerFinding compare_controller(const Record& record, const plant::LoopModel& model);
+ControllerFinding compare_controller(const LoopRecord& record, const plant::LoopModel& model);
 
 // CO as the model's controller gives it from SP and PV, from `first_output`.
 std::vector<double> replay_controller(const control::PidSettings& settings, double period_s,

@@ -10,6 +10,7 @@
 #include "model/gap/constants.hpp"
 #include "model/gap/fit_work.hpp"
 #include "model/numeric/evolution.hpp"
+#include "model/numeric/least_squares.hpp"
 #include "model/numeric/random.hpp"
 
 namespace loopwarden::gap {
@@ -59,26 +60,6 @@ Eigen::MatrixXd solve_normal(const Eigen::MatrixXd& normal, const Eigen::MatrixX
   }
   unit.diagonal().setConstant(1.0 + 1e-9);
   return size.asDiagonal() * unit.ldlt().solve(scaled);
-}
-
-// Levenberg and Marquardt's move from `x`. Parameters that push against a bound stay there.
-Eigen::VectorXd damped_move(const Eigen::MatrixXd& normal, const Eigen::VectorXd& gradient,
-                            const std::vector<double>& x, double damping) {
-  Eigen::MatrixXd damped = normal;
-  Eigen::VectorXd right = -gradient;
-  for (Eigen::Index i = 0; i < right.size(); ++i) {
-    const double at = x[static_cast<std::size_t>(i)];
-    const bool blocked = (at <= 0.0 && gradient(i) > 0.0) || (at >= 1.0 && gradient(i) < 0.0);
-    if (blocked || !(normal(i, i) > 0.0)) {
-      damped.row(i).setZero();
-      damped.col(i).setZero();
-      damped(i, i) = 1.0;
-      right(i) = 0.0;
-    } else {
-      damped(i, i) *= 1.0 + damping;
-    }
-  }
-  return damped.ldlt().solve(right);
 }
 
 // At the lower end of its range what makes an effect more than a simpler one is nothing.
@@ -395,7 +376,6 @@ Fit Fitter::evolve(Work& work, const Fit& start, const Evolution& how) const {
 // steps that don't help are not taken.
 Fit Fitter::descend(Work& work, const Fit& start, int iterations) const {
   std::vector<double> x = positions(start);
-  const auto size = static_cast<Eigen::Index>(x.size());
   const auto residual = [&](const std::vector<double>& at, Eigen::VectorXd& r, Fit* fit) {
     const Point point = with_positions(start.terms, at);
     const double deviance = evaluate(work, start.terms, point, start.load, fit);
@@ -412,40 +392,33 @@ Fit Fitter::descend(Work& work, const Fit& start, int iterations) const {
   Eigen::VectorXd r;
   best.deviance = residual(x, r, &best);
   if (!std::isfinite(best.deviance)) return best;
-  Eigen::VectorXd step(size);
-  step.head(kNuisances).setConstant(0.01);
-  Eigen::Index next = kNuisances;
-  for (const double first : first_steps(start)) step(next++) = 0.1 * first;
+  using numeric::Parameter;
+  std::vector<Parameter> searched(
+      kNuisances, Parameter{.low = 0.0, .high = 1.0, .difference = 0.01, .largest_move = 0.5});
+  for (const double first : first_steps(start)) {
+    searched.push_back(searched.front());
+    searched.back().difference = 0.1 * first;
+  }
   double damping = 1e-2;
-  Eigen::MatrixXd jacobian(r.size(), size);
-  Eigen::VectorXd moved;
+  Eigen::VectorXd there;
   for (int iteration = 0; iteration < iterations; ++iteration) {
-    for (Eigen::Index i = 0; i < size; ++i) {
-      const auto at = static_cast<std::size_t>(i);
-      const double keep = x[at];
-      const double by = keep + step(i) <= 1.0 ? step(i) : -step(i);
-      x[at] = keep + by;
-      residual(x, moved, nullptr);
-      jacobian.col(i) = (moved - r) / by;
-      x[at] = keep;
-    }
+    const Eigen::MatrixXd jacobian = numeric::jacobian(
+        searched,
+        [&](const std::vector<double>& at, Eigen::VectorXd& to) { residual(at, to, nullptr); }, x,
+        r);
     const Eigen::MatrixXd normal = jacobian.transpose() * jacobian;
     const Eigen::VectorXd gradient = jacobian.transpose() * r;
     bool better = false;
     for (int attempt = 0; attempt < 5 && !better; ++attempt) {
-      const Eigen::VectorXd move = damped_move(normal, gradient, x, damping);
+      const Eigen::VectorXd move = numeric::damped_move(searched, x, normal, gradient, damping);
       if (!move.allFinite()) break;  // a curve or a limit of the reading shows nothing there
-      std::vector<double> y = x;
-      for (Eigen::Index i = 0; i < size; ++i) {
-        const auto at = static_cast<std::size_t>(i);
-        y[at] = std::clamp(y[at] + std::clamp(move(i), -0.5, 0.5), 0.0, 1.0);
-      }
+      const std::vector<double> y = numeric::moved(searched, x, move);
       Fit tried = best;
-      tried.deviance = residual(y, moved, &tried);
+      tried.deviance = residual(y, there, &tried);
       if (tried.deviance < best.deviance) {
         better = best.deviance - tried.deviance > 0.02;
         x = y;
-        r = moved;
+        r = there;
         best = tried;
         damping = std::max(damping / 10.0, 1e-6);
         if (!better) return best;

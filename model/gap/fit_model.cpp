@@ -40,7 +40,7 @@ std::vector<Candidate> candidates_for(const CheckedRecord& r, const SearchOption
        .pv_low = numeric::quantile(pv, kEndQuantile),
        .pv_high = numeric::quantile(pv, 1.0 - kEndQuantile),
        .period_s = r.record.period_s,
-       .duration_s = r.record.time_s(r.training_end),
+       .duration_s = r.record.seconds_at(r.training_end),
        .time_constant_s = plant::answer_s(r.model) - r.model.process.dead_time_s,
        .dead_time_s = r.model.process.dead_time_s});
   std::erase_if(all, [&](const Candidate& candidate) {

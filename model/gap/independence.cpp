@@ -188,7 +188,7 @@ Independence test_independence(const LeftOver& d) {
   }
   const double lag_s = 0.5 * std::max(d.answer_s, 2.0 * d.period_s);
   if (stands(d.sp, d.stretch)) {
-    out.why_not = "SP stands there";
+    out.why_not = "SP is constant there";
     return out;
   }
   const double keep = std::exp(-d.period_s / lag_s);

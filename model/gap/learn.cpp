@@ -191,7 +191,7 @@ std::vector<Form> forms(const CheckedRecord& r) {
   const auto [low, high] = std::minmax_element(r.co.begin(), end);
   const double used = *high - *low;
   const double period_s = r.record.period_s;
-  const double fitted_s = r.record.time_s(r.training_end);
+  const double fitted_s = r.record.seconds_at(r.training_end);
   std::vector<Form> all;
   for (const int intervals : kIntervals) {
     all.push_back(static_form(knots(*low, *high, intervals)));

@@ -17,7 +17,7 @@
 // level for minutes: then a wrong effect that misses the level is as good as the right one.
 //
 // The Kalman filter of this model turns r into independent innovations e(k) of variance s^2;
-// samples that are not used are passed over. Every regressor goes through the same filter, so that
+// samples that are not used are skipped. Every regressor goes through the same filter, so that
 // ordinary least squares on the outputs is maximum likelihood:
 //   -2 log L = N log s^2 + log_determinant + sum e^2 / s^2
 //
@@ -43,7 +43,7 @@ class LoadFilter {
     double forgets_s = 1.0;  // P
   };
 
-  // `used[k]` false: sample k is passed over.
+  // `used[k]` false: sample k is skipped.
   LoadFilter(const std::vector<bool>& used, double period_s, double load_ratio, Valve valve);
   LoadFilter(const std::vector<bool>& used, double period_s, double load_ratio)
       : LoadFilter(used, period_s, load_ratio, Valve{}) {}

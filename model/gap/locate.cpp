@@ -208,7 +208,7 @@ std::vector<Located> by_time(const Disagreement& d, const Errors& errors, effect
     double share = 0.0;
     while (end < kTimeBins && bins[end] >= kStandsOut / kTimeBins) share += bins[end++];
     stretches.push_back(
-        {LocatedBy::time, worst, "a stretch that stands out", bin_s(begin), bin_s(end), share});
+        {LocatedBy::time, worst, "a stretch with a large error", bin_s(begin), bin_s(end), share});
     begin = end;
   }
   largest_first(stretches);

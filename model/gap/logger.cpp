@@ -23,7 +23,7 @@ constexpr std::size_t kParts = 10;
 constexpr std::size_t kAgreeing = 8;
 
 // What the law leaves of the moves of CO when it is `late`, as a share of their squares.
-double left_by_law(const Record& r, const control::PidSettings& pid, int late) {
+double left_by_law(const LoopRecord& r, const control::PidSettings& pid, int late) {
   const double margin = 0.005 * pid.output_span();
   const auto inside = [&](double u) {
     return u > pid.output_low + margin && u < pid.output_high - margin;
@@ -44,7 +44,7 @@ double left_by_law(const Record& r, const control::PidSettings& pid, int late) {
 }
 
 // Sums of squares of what the model's PV misses, by its changes over a time constant, part by part.
-std::array<double, kParts> missed(const Record& r, plant::LoopModel model) {
+std::array<double, kParts> missed(const LoopRecord& r, plant::LoopModel model) {
   model.transmitter.noise = 0.0;
   model.transmitter.resolution = 0.0;
   model.disturbances.clear();
@@ -68,7 +68,7 @@ std::array<double, kParts> missed(const Record& r, plant::LoopModel model) {
 
 }  // namespace
 
-int logger_shift(const Record& record, const plant::LoopModel& model) {
+int logger_shift(const LoopRecord& record, const plant::LoopModel& model) {
   if (!record.has_sp() || !record.has_co() || record.size() < kFewest) return 0;
   const control::PidSettings& pid = model.controller.pid;
   const double unshifted = left_by_law(record, pid, 0);
@@ -90,7 +90,7 @@ int logger_shift(const Record& record, const plant::LoopModel& model) {
   return nearer >= kAgreeing ? best : 0;
 }
 
-Record with_co_moved_back(Record record, int samples) {
+LoopRecord with_co_moved_back(LoopRecord record, int samples) {
   std::vector<double>& co = record.co;
   if (samples == 0 || co.empty()) return record;
   const auto by = std::min(static_cast<std::size_t>(std::abs(samples)), co.size() - 1);

@@ -21,9 +21,9 @@
 namespace loopwarden::gap {
 
 // Samples by which CO stands too late; below 0: too early.
-int logger_shift(const Record& record, const plant::LoopModel& model);
+int logger_shift(const LoopRecord& record, const plant::LoopModel& model);
 
 // The record with CO moved back by so much; at the ends its first or last value stands.
-Record with_co_moved_back(Record record, int samples);
+LoopRecord with_co_moved_back(LoopRecord record, int samples);
 
 }  // namespace loopwarden::gap

@@ -9,7 +9,6 @@
 // stem and two numbers of the process describe only nearly.
 #pragma once
 
-#include <cstddef>
 #include <vector>
 
 #include "model/gap/free_run.hpp"

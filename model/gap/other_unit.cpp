@@ -93,7 +93,7 @@ bool within(const numeric::Range& span, const SignalUnit& range) {
 
 // What the model's own law leaves of the moves of CO, as a share of their squares; NaN where it
 // can't be told.
-double left_by_models_law(const Record& r, const control::PidSettings& pid) {
+double left_by_models_law(const LoopRecord& r, const control::PidSettings& pid) {
   const double side = pid.action == control::Action::reverse ? 1.0 : -1.0;
   const double margin = 0.005 * pid.output_span();
   double left = 0.0;
@@ -121,7 +121,7 @@ struct ModelMisfit {
       1.0;
 };
 
-ModelMisfit misfit_in(const Record& r, const plant::LoopModel& model) {
+ModelMisfit misfit_in(const LoopRecord& r, const plant::LoopModel& model) {
   std::vector<bool> measured(r.size());
   for (std::size_t k = 0; k < r.size(); ++k) measured[k] = std::isfinite(r.pv[k]);
   const std::vector<double> pv = held(r.pv);
@@ -134,7 +134,7 @@ ModelMisfit misfit_in(const Record& r, const plant::LoopModel& model) {
   return {rmse, size > 0.0 ? rmse / size : 1.0};
 }
 
-Record first_part(Record r) {
+LoopRecord first_part(LoopRecord r) {
   for (std::vector<double>* column : {&r.pv, &r.sp, &r.co, &r.stem}) {
     if (column->size() > kLookedAt) column->resize(kLookedAt);
   }
@@ -153,8 +153,8 @@ double reach(const numeric::Range& span, const SignalUnit& range) {
 
 }  // namespace
 
-Record in_models_units(Record record, const plant::LoopModel& model, const SignalUnit& pv,
-                       const SignalUnit& co) {
+LoopRecord in_models_units(LoopRecord record, const plant::LoopModel& model, const SignalUnit& pv,
+                           const SignalUnit& co) {
   const auto& pid = model.controller.pid;
   convert(record.pv, pv, model.transmitter.low, model.transmitter.high);
   convert(record.sp, pv, model.transmitter.low, model.transmitter.high);
@@ -163,9 +163,9 @@ Record in_models_units(Record record, const plant::LoopModel& model, const Signa
   return record;
 }
 
-std::optional<OtherUnit> other_unit(const Record& given, const plant::LoopModel& model) {
-  if (!given.has_co() || !Record::has_value(given.pv)) return std::nullopt;
-  const Record record = first_part(given);
+std::optional<OtherUnit> other_unit(const LoopRecord& given, const plant::LoopModel& model) {
+  if (!given.has_co() || !LoopRecord::has_value(given.pv)) return std::nullopt;
+  const LoopRecord record = first_part(given);
   const bool has_sp = record.has_sp();
   const double law = has_sp ? left_by_models_law(record, model.controller.pid)
                             : std::numeric_limits<double>::quiet_NaN();
@@ -177,7 +177,7 @@ std::optional<OtherUnit> other_unit(const Record& given, const plant::LoopModel&
                        co.high - of_co[0].low < kTiny * (of_co[0].high - of_co[0].low);
   if (!strange && (!has_sp || law < kLawHolds)) return std::nullopt;
 
-  const auto law_speaks_for_it = [&](const Record& converted) {
+  const auto law_speaks_for_it = [&](const LoopRecord& converted) {
     const double left = left_by_models_law(converted, model.controller.pid);
     return left < kFalls * law || std::max(left, law) < kLawHolds;
   };
@@ -192,7 +192,7 @@ std::optional<OtherUnit> other_unit(const Record& given, const plant::LoopModel&
       const double both =
           reach(pv, y) * reach(co, u) * (y.name.empty() || u.name.empty() ? 1.0 : kTwoAtOnce);
       if (both <= best_reach) continue;
-      const Record converted = in_models_units(record, model, y, u);
+      const LoopRecord converted = in_models_units(record, model, y, u);
       if (has_sp && !law_speaks_for_it(converted)) continue;
       if (!as_it_stands) as_it_stands = misfit_in(record, model);
       const ModelMisfit misfit = misfit_in(converted, model);

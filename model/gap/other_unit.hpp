@@ -40,10 +40,10 @@ struct OtherUnit {
 
 // Errors: effects::EffectError for a model that can't be stepped. Nothing where the record has no
 // CO, or is in the model's units as far as can be seen.
-std::optional<OtherUnit> other_unit(const Record& record, const plant::LoopModel& model);
+std::optional<OtherUnit> other_unit(const LoopRecord& record, const plant::LoopModel& model);
 
 // The record in the model's units, of which these values stand for the ends.
-Record in_models_units(Record record, const plant::LoopModel& model, const SignalUnit& pv,
-                       const SignalUnit& co);
+LoopRecord in_models_units(LoopRecord record, const plant::LoopModel& model, const SignalUnit& pv,
+                           const SignalUnit& co);
 
 }  // namespace loopwarden::gap

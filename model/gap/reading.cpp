@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "model/gap/constants.hpp"
+#include "model/numeric/loop_record.hpp"
 #include "model/numeric/statistics.hpp"
 
 namespace loopwarden::gap {
@@ -146,11 +147,7 @@ Spikes find_spikes(const std::vector<double>& pv, double least, std::size_t long
 ReadingFinding examine_reading(const std::vector<double>& pv) {
   ReadingFinding out;
   out.measured.assign(pv.size(), true);
-  std::vector<double> finite;
-  for (const double v : pv) {
-    if (std::isfinite(v)) finite.push_back(v);
-  }
-  if (finite.empty()) return out;
+  if (!numeric::LoopRecord::has_value(pv)) return out;
   std::vector<double> told = pv;  // once for each renewal
   out.held = held_reading(pv);
   if (out.held) {
@@ -165,16 +162,16 @@ ReadingFinding examine_reading(const std::vector<double>& pv) {
       if (renewed) told.push_back(pv[k]);
     }
   }
-  const auto [low, high] = std::minmax_element(finite.begin(), finite.end());
-  const Stay at_low = stay_at(told, *low);
-  const Stay at_high = stay_at(told, *high);
-  const double elsewhere = equal_between(told, *low, *high);
-  if (*low < *high && is_end(at_low, elsewhere)) {
-    out.low = *low;
+  const auto [low, high] = numeric::range_of(pv);
+  const Stay at_low = stay_at(told, low);
+  const Stay at_high = stay_at(told, high);
+  const double elsewhere = equal_between(told, low, high);
+  if (low < high && is_end(at_low, elsewhere)) {
+    out.low = low;
     out.at_low = at_low.samples;
   }
-  if (*low < *high && is_end(at_high, elsewhere)) {
-    out.high = *high;
+  if (low < high && is_end(at_high, elsewhere)) {
+    out.high = high;
     out.at_high = at_high.samples;
   }
   for (std::size_t k = 0; k < pv.size(); ++k) {

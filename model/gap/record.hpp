@@ -1,34 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// A measured record as the gap workflow takes it: plain columns on a constant period.
+// The parts of a measured record. The stem is for pictures only: nothing is fitted to it.
 #pragma once
 
-#include <algorithm>
-#include <cmath>
 #include <cstddef>
-#include <vector>
+
+#include "model/numeric/loop_record.hpp"
 
 namespace loopwarden::gap {
 
-// Columns of equal length; one that was not measured is empty, or missing throughout. NaN marks a
-// missing sample. The stem is for pictures only: nothing is fitted to it.
-struct Record {
-  double period_s = 0.1;       // s, > 0
-  std::vector<double> pv;      // PV units
-  std::vector<double> sp;      // PV units
-  std::vector<double> co;      // CO units, what went out to the positioner
-  std::vector<double> stem{};  // CO units, the positioner's read-back
-  // PV stands only where a value was stored; what is empty is no fault of the measurement.
-  bool pv_as_stored = false;
-
-  std::size_t size() const noexcept { return pv.size(); }
-  bool has_sp() const noexcept { return has_value(sp); }
-  bool has_co() const noexcept { return has_value(co); }
-  double time_s(std::size_t k) const noexcept { return static_cast<double>(k) * period_s; }
-
-  static bool has_value(const std::vector<double>& column) noexcept {
-    return std::any_of(column.begin(), column.end(), [](double v) { return std::isfinite(v); });
-  }
-};
+using numeric::LoopRecord;
 
 struct SampleRange {
   std::size_t begin = 0, end = 0;

@@ -14,11 +14,6 @@ using numeric::text;
 
 std::string percent(double share) { return text("%.3g %%", 100.0 * share); }
 
-std::size_t missing_in(const std::vector<double>& column) {
-  return static_cast<std::size_t>(
-      std::count_if(column.begin(), column.end(), [](double v) { return !std::isfinite(v); }));
-}
-
 // The longest stretch of equal values.
 std::pair<std::size_t, std::size_t> longest_rest(const std::vector<double>& column) {
   std::pair<std::size_t, std::size_t> longest{0, 0};
@@ -119,7 +114,7 @@ double noise_of_stored(const std::vector<double>& column) {
   return std::max(noise, resolution_of(held(column)) / std::sqrt(12.0));
 }
 
-Record believed(Record record, const plant::LoopModel& model) {
+LoopRecord believed(LoopRecord record, const plant::LoopModel& model) {
   const double span = model.transmitter.span();
   for (double& v : record.pv) {
     if (!(v >= model.transmitter.low - span && v <= model.transmitter.high + span)) v = kNone;
@@ -145,7 +140,7 @@ double at_limit(const std::vector<double>& column, double low, double high) {
 
 // Each part adds figures and notes, and returns why the record can't be used; empty: it can.
 
-std::string check_sampling(const Record& record, const plant::LoopModel& model, RecordCheck&) {
+std::string check_sampling(const LoopRecord& record, const plant::LoopModel& model, RecordCheck&) {
   if (record.size() < kFewestSamples) {
     return "only " + std::to_string(record.size()) + " samples; at least " +
            std::to_string(kFewestSamples) + " are needed";
@@ -159,9 +154,9 @@ std::string check_sampling(const Record& record, const plant::LoopModel& model, 
   return {};
 }
 
-std::string check_pv(const Record& record, const plant::LoopModel& model, RecordCheck& check) {
+std::string check_pv(const LoopRecord& record, const plant::LoopModel& model, RecordCheck& check) {
   const std::size_t n = record.size();
-  const std::size_t missing = missing_in(record.pv);
+  const std::size_t missing = numeric::missing(record.pv);
   if (record.pv_as_stored) {
     note(check, "stored",
          text("PV is compared at the %zu samples for which a value was stored", n - missing));
@@ -172,7 +167,7 @@ std::string check_pv(const Record& record, const plant::LoopModel& model, Record
   if (missing > 0 && !record.pv_as_stored) {
     note(check, "missing",
          std::to_string(missing) +
-             " samples of PV are missing or far outside the transmitter's range; passed over");
+             " samples of PV are missing or far outside the transmitter's range; skipped");
   }
   const std::vector<double> pv = held(record.pv);
   check.noise_rms = record.pv_as_stored ? noise_of_stored(record.pv) : noise_of(record.pv);
@@ -191,7 +186,7 @@ std::string check_pv(const Record& record, const plant::LoopModel& model, Record
   if (check.pv_resolution < 0.3 * (*pv_high - *pv_low) / 20.0 && rest_end - rest_begin >= 50 &&
       check.noise_rms > check.pv_resolution) {
     note(check, "frozen", "PV does not change although it is noisy elsewhere",
-         record.time_s(rest_begin), record.time_s(rest_end));
+         record.seconds_at(rest_begin), record.seconds_at(rest_end));
   }
   const double limited = at_limit(pv, model.transmitter.low, model.transmitter.high);
   if (limited > 0.002) {
@@ -202,10 +197,10 @@ std::string check_pv(const Record& record, const plant::LoopModel& model, Record
   return {};
 }
 
-std::string check_co(const Record& record, const plant::LoopModel& model, RecordCheck& check) {
+std::string check_co(const LoopRecord& record, const plant::LoopModel& model, RecordCheck& check) {
   if (!record.has_co()) return {};
   const std::size_t n = record.size();
-  const std::size_t missing = missing_in(record.co);
+  const std::size_t missing = numeric::missing(record.co);
   if (missing * 20 > n) {
     return percent(static_cast<double>(missing) / static_cast<double>(n)) +
            " of CO is missing; at most 5 % may be";
@@ -242,7 +237,7 @@ std::string check_co(const Record& record, const plant::LoopModel& model, Record
   return {};
 }
 
-std::string check_rest(const Record& record, const plant::LoopModel& model, RecordCheck&) {
+std::string check_rest(const LoopRecord& record, const plant::LoopModel& model, RecordCheck&) {
   const std::vector<bool> used = usable_samples(record, model);
   const auto usable = static_cast<std::size_t>(std::count(
       used.begin(), used.begin() + static_cast<std::ptrdiff_t>(training_samples(record.size())),
@@ -255,7 +250,7 @@ std::string check_rest(const Record& record, const plant::LoopModel& model, Reco
 
 }  // namespace
 
-RecordCheck check_record(const Record& record, const plant::LoopModel& model) {
+RecordCheck check_record(const LoopRecord& record, const plant::LoopModel& model) {
   RecordCheck check;
   for (const auto part : {check_sampling, check_pv, check_co, check_rest}) {
     check.refusal = part(record, model, check);
@@ -265,7 +260,7 @@ RecordCheck check_record(const Record& record, const plant::LoopModel& model) {
   return check;
 }
 
-std::vector<bool> usable_samples(const Record& record, const plant::LoopModel& model) {
+std::vector<bool> usable_samples(const LoopRecord& record, const plant::LoopModel& model) {
   std::vector<bool> used(record.size(), true);
   const auto wake = static_cast<std::size_t>(
       (model.process.dead_time_s + 4.0 * model.process.time_constant_s) / record.period_s);

@@ -21,12 +21,12 @@ namespace loopwarden::gap {
 
 // The record with what no transmitter of this range can have sent, a span or more outside, taken as
 // missing.
-Record believed(Record record, const plant::LoopModel& model);
+LoopRecord believed(LoopRecord record, const plant::LoopModel& model);
 
-RecordCheck check_record(const Record& record, const plant::LoopModel& model);
+RecordCheck check_record(const LoopRecord& record, const plant::LoopModel& model);
 
 // Samples of PV that count: measured, and not in the wake of a CO that was not.
-std::vector<bool> usable_samples(const Record& record, const plant::LoopModel& model);
+std::vector<bool> usable_samples(const LoopRecord& record, const plant::LoopModel& model);
 
 // The column with gaps closed by the value before (at the start: the first there is).
 std::vector<double> held(const std::vector<double>& column);

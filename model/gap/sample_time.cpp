@@ -34,7 +34,7 @@ std::vector<double> every(const std::vector<double>& column, std::size_t n) {
 
 }  // namespace
 
-std::optional<OnePeriod> on_one_period(const Record& record, const plant::LoopModel& model,
+std::optional<OnePeriod> on_one_period(const LoopRecord& record, const plant::LoopModel& model,
                                        bool co_in_lines) {
   if (!(record.period_s > 0.0) || !(model.sample_time_s > 0.0)) return std::nullopt;
   OnePeriod out{record, model};

@@ -18,11 +18,11 @@
 namespace loopwarden::gap {
 
 struct OnePeriod {
-  Record record;
+  LoopRecord record;
   plant::LoopModel model;
 };
 
-std::optional<OnePeriod> on_one_period(const Record& record, const plant::LoopModel& model,
+std::optional<OnePeriod> on_one_period(const LoopRecord& record, const plant::LoopModel& model,
                                        bool co_in_lines);
 // What must be said of a result that came from it; `given` is the model as it was.
 void say_other_period(Result& result, const plant::LoopModel& given, double record_period_s);

@@ -58,6 +58,8 @@ std::string parameters_text(const effects::EffectSpec& spec) {
         info != nullptr ? effects::find_parameter(*info, name) : nullptr;
     if (parameter != nullptr && parameter->of_the_law) continue;
     out += (out.empty() ? "" : ", ") + name + " " + text("%.3g", value);
+    if (parameter != nullptr && std::string_view(parameter->unit) != "-")
+      out += std::string(" ") + parameter->unit;
   }
   if (out.empty() && !spec.table.empty()) out = text("table of %zu points", spec.table.size());
   return out;
@@ -99,22 +101,21 @@ const char* how_far(double nats) {
 }
 
 std::string why_not(const Hypothesis& tried, const SearchResult& search, Outcome outcome) {
-  if (outcome == Outcome::no_gap) return "nothing is missing that it could explain";
-  if (!std::isfinite(tried.score)) return "does nothing here that a simpler effect does not";
+  if (outcome == Outcome::no_gap) return "not needed: the model explains the record";
+  if (!std::isfinite(tried.score)) return "no better than a simpler effect";
   if (!tried.placed) {
-    return "belongs to one place of the travel, and CO did not leave that and come back to it on "
-           "both sides";
+    return "acts at one valve position only, and CO never left and re-entered that position";
   }
   const double behind = search.chosen.score - tried.score;
   if (search.chosen.fit.terms.empty()) {
-    return text("explains too little: %.3g of the gap's rmse %.3g is left", tried.training_rmse,
+    return text("explains too little: %.3g of the rmse %.3g remains", tried.training_rmse,
                 search.base_rmse);
   }
   if (behind < kTooClose) {
-    return text("can't be told apart here: leaves an rmse of %.3g where the choice leaves %.3g",
+    return text("cannot be distinguished here: rmse %.3g, the chosen effect %.3g",
                 tried.training_rmse, search.chosen.training_rmse);
   }
-  return text("leaves an rmse of %.3g where the choice leaves %.3g: %s", tried.training_rmse,
+  return text("rmse %.3g, the chosen effect %.3g: %s", tried.training_rmse,
               search.chosen.training_rmse, how_far(behind));
 }
 
@@ -142,8 +143,7 @@ std::vector<FoundEffect> describe_effects(const Decision& decision, Proof proof,
           info->more_by != nullptr ? effect.interval.find(info->more_by) : effect.interval.end();
       if (interval != effect.interval.end() && !(interval->second[0] > 0.0)) {
         effect.confidence = std::min(effect.confidence, kMostLikeSimpler);
-        doubt = text("; %s can't be told from 0 here: something simpler may be as right",
-                     info->more_by);
+        doubt = text("; %s could also be 0: a simpler effect may be as likely", info->more_by);
       }
       for (const char* part : info->made_of) {
         if (std::find(effect.alternatives.begin(), effect.alternatives.end(), part) ==
@@ -161,13 +161,13 @@ std::vector<FoundEffect> describe_effects(const Decision& decision, Proof proof,
           "level or units)",
           100.0 * kLargeValveEffect);
     }
-    effect.evidence = text(
-                          "with it (%s) the free run's rmse falls from %.3g to %.3g on the data of "
-                          "the fit; the best "
-                          "explanation without it is %s",
-                          parameters_text(effect.spec).c_str(), search.base_rmse,
-                          search.chosen.training_rmse, how_far(named.lead_nats)) +
-                      doubt;
+    effect.evidence =
+        text(
+            "adding it (%s) reduces the rmse of the free run from %.3g to %.3g on the "
+            "fitted data; the best explanation without it is %s",
+            parameters_text(effect.spec).c_str(), search.base_rmse, search.chosen.training_rmse,
+            how_far(named.lead_nats)) +
+        doubt;
     out.push_back(std::move(effect));
   }
   return out;
@@ -271,7 +271,7 @@ std::vector<FoundEffect> describe_reading(const ReadingFinding& reading,
     add({"spikes", {{"share", share}, {"size", reading.spikes.size}}},
         text("PV leaves its course within one sample and is back within one, %zu times, as no "
              "process does: "
-             "these samples are passed over",
+             "these samples are skipped",
              reading.spikes.count));
   }
   if (!where.empty()) {
@@ -312,34 +312,34 @@ std::string hidden_by_load(const SearchResult& search, const ModelFit& model_fit
                interval[1], effects::find_parameter(*effects::find_effect(term.name), name)->unit);
     }
   }
-  return out.empty() ? out : "can't be told from the load that wanders here:" + out;
+  return out.empty() ? out : "indistinguishable from the disturbance in this record:" + out;
 }
 
 std::string sentence_of(const Summary& r) {
   if (r.outcome == Outcome::no_gap) {
-    return text("The model explains the record: what is left, %.3g rms, is %s.", r.after.rmse,
-                r.with_load ? "noise and an unmeasured load" : "the noise of the record");
+    return text("The model explains the record. The remaining error, %.3g rms, is %s.",
+                r.after.rmse,
+                r.with_load ? "noise and an unmeasured disturbance" : "the noise of the record");
   }
   if (r.outcome == Outcome::unexplained) {
     std::string out =
-        text("Model and record disagree by %.3g rms, and no effect that is known here explains it.",
+        text("Model and record differ by %.3g rms. No effect of the catalogue explains this.",
              r.before.rmse);
     if (!r.best.empty() && r.best_closed > 0.0) {
       std::string names;
       for (const std::string& name : r.best) names += (names.empty() ? "" : " and ") + name;
-      out += text(" The best of them, %s, closes only %.0f %% of it on data the fit never saw.",
+      out += text(" The best candidate, %s, closes only %.0f %% of the gap on unseen data.",
                   names.c_str(), 100.0 * r.best_closed);
     }
     if (r.remainder && r.remainder->looks_like != LooksLike::nothing_known) {
-      out += text(" It looks like %s.", to_text(r.remainder->looks_like));
+      out += text(" The error looks like %s.", to_text(r.remainder->looks_like));
     }
     return out;
   }
   if (r.effects.size() == 1 && r.effects[0].spec.options.contains("description")) {
     return text(
-        "No name fits, but what the model lacks could be learned: %s. With it the misfit on data "
-        "the fit "
-        "never saw falls from %.3g to %.3g.",
+        "No effect of the catalogue fits, but the missing law could be learned: %s. Adding it "
+        "reduces the error on unseen data from %.3g to %.3g PV units.",
         r.effects[0].spec.options.at("description").c_str(), r.before.holdout_rmse,
         r.after.holdout_rmse);
   }
@@ -350,39 +350,38 @@ std::string sentence_of(const Summary& r) {
   }
   if (r.plant_unexplained) {
     return text(
-        "The model lacks %s, as CO shows. Between CO and PV they disagree by %.3g rms, and no "
-        "effect that is known here explains that.",
+        "The model lacks %s, as CO shows. From CO to PV, model and record differ by %.3g rms. No "
+        "effect of the catalogue explains this.",
         names.c_str(), r.before.rmse);
   }
   if (r.closed_loop && !(r.after.holdout_rmse < r.before.holdout_rmse)) {
     return text(
-        "The model lacks %s. Without CO the closed loop runs free and does not keep the phase of a "
-        "cycle: its misfit can't show that, the evidence from the replayed controller does.",
+        "The model lacks %s. The evidence is from the replayed controller, because a free closed "
+        "loop does not keep the phase of a cycle.",
         names.c_str());
   }
   if (std::isfinite(r.until_s)) {
     return text(
-        "The model lacks %s until %.4g s, proved on stretches left out of the fit: how it goes on, "
-        "nothing foretells.",
+        "The model lacks %s until %.4g s. This was checked on stretches left out of the fit. The "
+        "later course cannot be predicted.",
         names.c_str(), r.until_s);
   }
   if (!(r.after.holdout_rmse < r.before.holdout_rmse)) {
-    return text(r.with_load
-                    ? "The model lacks %s. On the last third the load moves PV by more than that; "
-                      "from sample "
-                      "to sample the corrected model foretells it better."
-                    : "The model lacks %s. It shows where the fit saw it, not in the last third.",
-                names.c_str());
+    return text(
+        r.with_load
+            ? "The model lacks %s. On the last third the disturbance moves PV by more than "
+              "that. From sample to sample the corrected model predicts PV better."
+            : "The model lacks %s. The effect is visible in the fitted part, not in the last "
+              "third.",
+        names.c_str());
   }
   std::string out = text(
-      "The model lacks %s: with it the misfit on data the fit never saw falls from %.3g to %.3g.",
-      names.c_str(), r.before.holdout_rmse, r.after.holdout_rmse);
-  if (r.remainder && r.remainder->share >= kWorthSaying) {
-    const char* pronoun = r.effects.size() > 1 ? "They explain" : "It explains";
-    out += text(" %s %.0f %% of the gap; the rest looks like %s.", pronoun,
-                100.0 * (1.0 - r.remainder->share), to_text(r.remainder->looks_like));
-  }
-  return out;
+      "The model lacks %s. Adding %s reduces the error on unseen data from %.3g to %.3g PV units",
+      names.c_str(), r.effects.size() > 1 ? "them" : "it", r.before.holdout_rmse,
+      r.after.holdout_rmse);
+  if (!r.remainder || !(r.remainder->share >= kWorthSaying)) return out + ".";
+  return out + text(" (%.0f %% of the gap). The remaining error looks like %s.",
+                    100.0 * (1.0 - r.remainder->share), to_text(r.remainder->looks_like));
 }
 
 }  // namespace loopwarden::gap

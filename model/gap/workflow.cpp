@@ -149,16 +149,16 @@ std::vector<std::string> taken_back_names(const Decision& decision, Proof proof)
   return names;
 }
 
-Series series_of(const Record& given, const CheckedRecord& record,
+Series series_of(const LoopRecord& given, const CheckedRecord& record,
                  const ControllerFinding& controller) {
   Series s;
   for (std::size_t k = 0; k < record.record.size(); ++k) {
-    s.time_s.push_back(record.record.time_s(k));
+    s.time_s.push_back(record.record.seconds_at(k));
   }
   s.pv = record.record.pv;
   if (given.has_sp()) s.sp = given.sp;
   s.co = given.has_co() ? given.co : record.co;
-  if (Record::has_value(given.stem)) s.stem = given.stem;
+  if (LoopRecord::has_value(given.stem)) s.stem = given.stem;
   s.co_before = controller.before;
   s.co_after = controller.after;
   return s;
@@ -171,12 +171,12 @@ std::string samples_off(int late) {
 
 // The record as it is looked at: CO moved back where the logger wrote it too late.
 struct Taken {
-  Record given;
+  LoopRecord given;
   CheckedRecord checked;
   int late = 0;  // samples
 };
 
-Taken take(const Record& as_logged, const plant::LoopModel& model) {
+Taken take(const LoopRecord& as_logged, const plant::LoopModel& model) {
   Taken taken{as_logged, check(as_logged, model)};
   if (taken.checked.quality.usable) taken.late = logger_shift(as_logged, model);
   if (taken.late == 0) return taken;
@@ -350,7 +350,7 @@ class Workflow {
       proof_ = judge(trial_);
       if (proof_ == Proof::refuted && holds_until_holdout()) {
         proof_ = Proof::partly;
-        until_s_ = record_.record.time_s(record_.training_end);
+        until_s_ = record_.record.seconds_at(record_.training_end);
       }
     }
     kept_ = decision_;
@@ -525,7 +525,7 @@ class Workflow {
 
   void describe_rest() {
     result_.closed_loop = record_.closed_loop;
-    result_.holdout_from_s = record_.record.time_s(record_.training_end);
+    result_.holdout_from_s = record_.record.seconds_at(record_.training_end);
     result_.load_intensity = learned_ ? 0.0 : left_.load_intensity;
     result_.rest = {.is_noise = left_.adequate,
                     .noise_ratio = left_.noise_ratio,
@@ -551,11 +551,11 @@ class Workflow {
           {"learned",
            "on stretches left out a law without a name does far better than the best names, but it "
            "fails on the last third",
-           result_.holdout_from_s, record_.record.time_s(record_.record.size() - 1)});
+           result_.holdout_from_s, record_.record.seconds_at(record_.record.size() - 1)});
     } else if (proof_ == Proof::refuted && decision_.believable && !learned_) {
       result_.check.notes.push_back(
           {"holdout", "the best explanation of the first two thirds fails on the last third",
-           result_.holdout_from_s, record_.record.time_s(record_.record.size() - 1)});
+           result_.holdout_from_s, record_.record.seconds_at(record_.record.size() - 1)});
     }
   }
 
@@ -608,7 +608,7 @@ class Workflow {
     double last_s = kNone;
     for (std::size_t k = 1; k < record_.sp.size(); ++k) {
       if (record_.sp[k] == record_.sp[k - 1]) continue;
-      const double now_s = record_.record.time_s(k);
+      const double now_s = record_.record.seconds_at(k);
       if (std::isfinite(last_s)) apart_s.push_back(now_s - last_s);
       last_s = now_s;
     }
@@ -722,7 +722,7 @@ class Workflow {
 
 }  // namespace
 
-Result find_gap(const Record& as_logged, const plant::LoopModel& model, const Options& options,
+Result find_gap(const LoopRecord& as_logged, const plant::LoopModel& model, const Options& options,
                 const ParallelFor& parallel, const std::function<void(double)>& progress) {
   const Taken taken = take(as_logged, model);
   Result result;

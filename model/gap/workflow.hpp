@@ -35,7 +35,7 @@ struct Options {
 
 // A model that can't be stepped throws effects::EffectError. A record that can't be used gives a
 // result with check.usable false.
-Result find_gap(const Record& record, const plant::LoopModel& model, const Options& options,
+Result find_gap(const LoopRecord& record, const plant::LoopModel& model, const Options& options,
                 const ParallelFor& parallel, const std::function<void(double)>& progress);
 
 }  // namespace loopwarden::gap

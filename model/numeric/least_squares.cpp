@@ -11,10 +11,11 @@ namespace {
 
 Eigen::Index index(std::size_t i) { return static_cast<Eigen::Index>(i); }
 
-// Returns the parameters after the step that solves the damped equations, clamped to the bounds.
-std::vector<double> moved(const std::vector<Parameter>& parameters, const std::vector<double>& x,
-                          const Eigen::MatrixXd& normal, const Eigen::VectorXd& gradient,
-                          double damping) {
+}  // namespace
+
+Eigen::VectorXd damped_move(const std::vector<Parameter>& parameters, const std::vector<double>& x,
+                            const Eigen::MatrixXd& normal, const Eigen::VectorXd& gradient,
+                            double damping) {
   Eigen::MatrixXd damped = normal;
   Eigen::VectorXd right = -gradient;
   for (std::size_t i = 0; i < x.size(); ++i) {
@@ -30,7 +31,11 @@ std::vector<double> moved(const std::vector<Parameter>& parameters, const std::v
       damped(at, at) *= 1.0 + damping;
     }
   }
-  const Eigen::VectorXd move = damped.ldlt().solve(right);
+  return damped.ldlt().solve(right);
+}
+
+std::vector<double> moved(const std::vector<Parameter>& parameters, const std::vector<double>& x,
+                          const Eigen::VectorXd& move) {
   std::vector<double> to = x;
   for (std::size_t i = 0; i < x.size(); ++i) {
     const Parameter& p = parameters[i];
@@ -39,8 +44,6 @@ std::vector<double> moved(const std::vector<Parameter>& parameters, const std::v
   }
   return to;
 }
-
-}  // namespace
 
 Eigen::MatrixXd jacobian(const std::vector<Parameter>& parameters, const Residual& residual,
                          const std::vector<double>& x, const Eigen::VectorXd& r) {
@@ -73,7 +76,8 @@ LeastSquares least_squares(const std::vector<Parameter>& parameters, const Resid
     const Eigen::VectorXd gradient = slopes.transpose() * best.residual;
     bool helped = false;
     for (int attempt = 0; attempt < settings.most_attempts && !helped; ++attempt) {
-      std::vector<double> to = moved(parameters, best.x, normal, gradient, damping);
+      std::vector<double> to =
+          moved(parameters, best.x, damped_move(parameters, best.x, normal, gradient, damping));
       double sum = std::numeric_limits<double>::infinity();
       if (std::all_of(to.begin(), to.end(), [](double v) { return std::isfinite(v); })) {
         residual(to, there);

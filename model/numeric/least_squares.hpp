@@ -61,6 +61,15 @@ using Residual = std::function<void(const std::vector<double>& x, Eigen::VectorX
 LeastSquares least_squares(const std::vector<Parameter>& parameters, const Residual& residual,
                            const LeastSquaresSettings& settings = {});
 
+// Returns the step of Levenberg and Marquardt from `x`. Parameters that push against a bound stay
+// there.
+Eigen::VectorXd damped_move(const std::vector<Parameter>& parameters, const std::vector<double>& x,
+                            const Eigen::MatrixXd& normal, const Eigen::VectorXd& gradient,
+                            double damping);
+// Returns `x` after a move, within the bounds. No parameter moves by more than its largest move.
+std::vector<double> moved(const std::vector<Parameter>& parameters, const std::vector<double>& x,
+                          const Eigen::VectorXd& move);
+
 // Returns dr/dx at `x` by differences. `r` is the residual at `x`; `parameters` has the bounds and
 // steps.
 Eigen::MatrixXd jacobian(const std::vector<Parameter>& parameters, const Residual& residual,

@@ -6,9 +6,8 @@
 #pragma once
 
 #include <cstddef>
-#include <cstdint>
 
-#include "model/control/loop_controller.hpp"
+#include "model/control/simulated_controller.hpp"
 #include "model/plant/loop_model.hpp"
 #include "model/plant/plant.hpp"
 
@@ -36,7 +35,7 @@ class SimulatedLoop {
   // Returns the next sample. The loop never ends; the last set point stays in force.
   LoopSample step() noexcept;
 
-  control::LoopController& controller() noexcept { return controller_; }
+  control::SimulatedController& controller() noexcept { return controller_; }
   const Plant& plant() const noexcept { return plant_; }
 
  private:
@@ -45,7 +44,7 @@ class SimulatedLoop {
   double output_low_;         // CO units
   double output_resolution_;  // CO units
   Plant plant_;
-  control::LoopController controller_;
+  control::SimulatedController controller_;
 };
 
 }  // namespace loopwarden::plant

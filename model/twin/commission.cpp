@@ -21,6 +21,7 @@
 #include "model/numeric/statistics.hpp"
 #include "model/numeric/text.hpp"
 #include "model/watch/controller_watch.hpp"
+#include "model/watch/limits.hpp"
 #include "model/watch/load_watch.hpp"
 #include "model/watch/twin_watch.hpp"
 #include "model/numeric/enum_name.hpp"
@@ -54,7 +55,7 @@ Spans spans_of(const LoopModel& model) {
           model.transmitter.high};
 }
 
-Spans measured_spans(const gap::Record& record) {
+Spans measured_spans(const numeric::LoopRecord& record) {
   const numeric::Range co = numeric::range_of(record.co);
   const numeric::Range pv = numeric::range_of(record.pv);
   return {co.low, co.high, pv.low, pv.high};
@@ -63,7 +64,8 @@ Spans measured_spans(const gap::Record& record) {
 // The free run of a model under the record's CO, and how far it is from it.
 class Runs {
  public:
-  Runs(const gap::Record& record, const LoopModel& model) : checked_(gap::check(record, model)) {}
+  Runs(const numeric::LoopRecord& record, const LoopModel& model)
+      : checked_(gap::check(record, model)) {}
 
   Stage stage(std::string name, const LoopModel& model) const {
     LoopModel quiet = plant::without_noise(model);
@@ -87,7 +89,7 @@ class Runs {
 };
 
 // The moves of SP as they were, for `simulate` and for training.
-plant::Scenario scenario_of(const gap::Record& record, const LoopModel& model) {
+plant::Scenario scenario_of(const numeric::LoopRecord& record, const LoopModel& model) {
   plant::Scenario scenario;
   scenario.seed = 1;
   scenario.duration_s = static_cast<double>(record.size()) * record.period_s;
@@ -101,7 +103,7 @@ plant::Scenario scenario_of(const gap::Record& record, const LoopModel& model) {
       if (scenario.set_point.empty()) {
         scenario.set_point.emplace_back(0.0, inside);
       } else if (std::abs(inside - scenario.set_point.back().second) >= least && k > 0) {
-        scenario.set_point.emplace_back(record.time_s(k), inside);
+        scenario.set_point.emplace_back(record.seconds_at(k), inside);
       }
     }
     least *= 2.0;
@@ -124,7 +126,7 @@ std::string why_not_healthy(const FoundEffect& effect, const LoopModel& model, d
   }
   const double size = size_percent(effect.spec, model.controller.pid.output_span());
   if (!(size > limit)) return "";
-  return text("The valve is not healthy: %s of %.1f %% of span, and %.1f %% is allowed. %s",
+  return text("The valve is not healthy: %s of %.1f %% of span, at most %.1f %% is allowed. %s",
               words(name).c_str(), size, limit, effects::find_effect(name)->remedy);
 }
 
@@ -133,8 +135,7 @@ class Commissioner {
   Commissioner(const Request& request, const gap::ParallelFor& parallel,
                const std::function<void(double)>& progress)
       : request_(request),
-        first_(request.records.front()),
-        record_(first_.columns),
+        record_(request.records.front()),
         parallel_(parallel),
         progress_(progress) {}
 
@@ -159,13 +160,13 @@ class Commissioner {
       if (!request_.accept_short || !request_.model) {
         return refuse(
             Outcome::not_usable,
-            "The record has no CO: what the valve does can't be told from the controller. "
-            "(With a model, --accept-short takes it.)");
+            "The record has no CO, so the effects of valve and controller can't be separated. "
+            "(With a model, use --accept-short to accept it.)");
       }
       out_.accepted.emplace_back("no_co");
     }
     if (!passes(Outcome::not_usable, why_compressed(record_)) ||
-        !passes(Outcome::not_usable, why_by_hand(first_.automatic)) ||
+        !passes(Outcome::not_usable, why_by_hand(record_.automatic)) ||
         !passes(Outcome::not_usable, why_clamped(record_, spans()))) {
       return false;
     }
@@ -192,12 +193,9 @@ class Commissioner {
     analysis::AssumedModel assumed;
     if (record_.has_co()) {
       try {
-        assumed = analysis::assumed_model({.co = record_.co,
-                                           .pv = record_.pv,
-                                           .sp = record_.sp,
-                                           .mode = first_.automatic,
-                                           .sample_time_s = record_.period_s},
-                                          request_.ranges);
+        numeric::LoopView loop = record_.view();
+        loop.stem = {};
+        assumed = analysis::assumed_model(loop, request_.ranges);
       } catch (const analysis::IdentificationError& e) {
         assumed.identification.reason = e.what();
       }
@@ -311,7 +309,7 @@ class Commissioner {
     model_.uncertainty = uncertainty;
     note_friction(polished);
     out_.stages.push_back(runs.stage(
-        found.effects.empty() ? "all numbers at once" : names_of(found.effects), model_));
+        found.effects.empty() ? "all parameters together" : names_of(found.effects), model_));
   }
 
   // Says why.
@@ -332,7 +330,7 @@ class Commissioner {
     nearest.block = best->block;
     const std::string why = why_not_healthy(nearest, out_.given, limit);
     if (why.empty()) return false;
-    out_.why = why + " (Nothing explains all of the record; this comes nearest.)";
+    out_.why = why + " (No effect explains the whole record; this one is the nearest.)";
     return true;
   }
 
@@ -355,14 +353,14 @@ class Commissioner {
         continue;
       }
       out_.notes.push_back(words(effect.spec.name) +
-                           ": of that day, not of the loop; left out of the twin");
+                           ": a condition of that day, not of the loop; not included in the twin");
       day_.push_back(effect.spec);
     }
   }
 
   void note_friction(const Polished& polished) {
     if (!(polished.friction_percent > 0.0)) return;
-    out_.notes.push_back(text("friction of the healthy valve: %.2f %% of span, the twin has it",
+    out_.notes.push_back(text("healthy valve friction: %.2f %% of span (included in the twin)",
                               polished.friction_percent));
   }
 
@@ -380,8 +378,8 @@ class Commissioner {
     model_ = polished.model;
     note_friction(polished);
     const bool friction = polished.friction_percent > 0.0;
-    out_.stages.push_back(
-        runs.stage(friction ? "friction and all numbers at once" : "all numbers at once", model_));
+    out_.stages.push_back(runs.stage(
+        friction ? "friction and all parameters together" : "all parameters together", model_));
   }
 
   // The twin from the model that all the rounds made, and what is left of the gap.
@@ -440,7 +438,7 @@ class Commissioner {
     fit.co_high = seen.co_high;
     watch::TwinWatch watch(twin);
     watch::LoadWatch load(twin);
-    const auto minute = static_cast<std::size_t>(watch::LoadWatch::kMinutes_s / record_.period_s);
+    const auto minute = static_cast<std::size_t>(watch::WatchLimits::kMinutes_s / record_.period_s);
     std::vector<double> loads;  // means over a minute
     plant::SeenLoad seen_load;
     std::size_t counted = 0;
@@ -512,36 +510,37 @@ class Commissioner {
     const bool little =
         left <= kRemarked * floor || (left <= kFewFloors * floor && follows.empty());
     if (std::isfinite(out_.closed) && out_.closed < kLeastClosed && !little) {
-      refuse(
-          Outcome::not_explained,
-          text("Only %.0f %% of the gap between model and record is explained; %.0f %% are asked "
-               "for.",
-               100.0 * std::max(0.0, out_.closed), 100.0 * kLeastClosed));
+      refuse(Outcome::not_explained,
+             text("Only %.0f %% of the error between model and record is explained; at least %.0f "
+                  "%% is "
+                  "required.",
+                  100.0 * std::max(0.0, out_.closed), 100.0 * kLeastClosed));
       return;
     }
     if (last.outcome == gap::Outcome::unexplained && left > kFewFloors * floor) {
       refuse(Outcome::not_explained,
-             text("What is left of PV is %.1f times the noise floor, and no effect explains it: it "
+             text("The remaining error of PV is %.1f times the noise floor, and no effect explains "
+                  "it: it "
                   "looks like %s.",
                   left / floor,
-                  last.remainder ? gap::to_text(last.remainder->looks_like) : "nothing known"));
+                  last.remainder ? gap::to_text(last.remainder->looks_like) : "no known effect"));
       return;
     }
     out_.outcome = Outcome::commissioned;
     if (left > kRemarked * floor) {
-      out_.notes.push_back(
-          text("%.2f times the noise floor is left%s: the twin may lack something small; "
-               "report.html shows "
-               "where, and a record with more moves of SP may tell",
-               left / floor, follows.empty() ? "" : (", and it follows " + follows).c_str()));
+      out_.notes.push_back(text(
+          "the remaining error is %.2f times the noise floor%s: the twin may lack a small effect. "
+          "report.html shows where. Record more moves of SP to find it",
+          left / floor, follows.empty() ? "" : (", and it follows " + follows).c_str()));
     }
-    out_.why = text("The twin leaves %.2f %% of span of PV, %.2f times the noise floor.",
-                    100.0 * left / out_.twin.transmitter.span(), left / floor);
+    out_.why =
+        text("Remaining error of the twin: %.2f %% of the PV span, %.2f times the noise floor.",
+             100.0 * left / out_.twin.transmitter.span(), left / floor);
   }
 
   void prove_on_others(const gap::Options& options, double share) {
     for (std::size_t i = 1; i < request_.records.size(); ++i) {
-      const gap::Record& record = request_.records[i].columns;
+      const numeric::LoopRecord& record = request_.records[i];
       const double begun = share * static_cast<double>(kMostRounds + static_cast<int>(i) - 1);
       const gap::Result result =
           gap::find_gap(record, out_.twin, options, parallel_,
@@ -561,10 +560,10 @@ class Commissioner {
                            result.before.holdout_rmse >
                                kFewFloors * std::max(result.floor.rmse(), result.rest.quiet_rmse);
       if (differs) {
-        refuse(Outcome::not_explained,
-               text("Record %d does not agree with the twin that the first one gives, and nothing "
-                    "explains why.",
-                    number));
+        refuse(Outcome::not_explained, text("Record %d does not agree with the twin of the first "
+                                            "record, and no effect explains "
+                                            "the difference.",
+                                            number));
         return;
       }
       out_.notes.push_back(text("record %d: rmse %.4g PV units, noise floor %.4g", number,
@@ -573,8 +572,7 @@ class Commissioner {
   }
 
   const Request& request_;
-  const HealthyRecord& first_;
-  const gap::Record& record_;
+  const numeric::LoopRecord& record_;
   const gap::ParallelFor& parallel_;
   const std::function<void(double)>& progress_;
   Commissioning out_;

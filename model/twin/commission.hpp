@@ -49,13 +49,8 @@ inline constexpr plant::ProcessUncertainty kIdentified{
     .gain = 0.3, .time_constant = 0.3, .dead_time = 0.3};
 inline constexpr int kMostRounds = 4;
 
-struct HealthyRecord {
-  gap::Record columns;
-  std::vector<double> automatic{};  // 1, 0, NaN: not known; may be empty
-};
-
 struct Request {
-  std::vector<HealthyRecord> records;  // at least one
+  std::vector<numeric::LoopRecord> records;  // at least one
   std::optional<plant::LoopModel> model;
   double healthy_limit_percent = 1.0;  // of the CO span
   bool accept_short = false;           // short records, and those without CO

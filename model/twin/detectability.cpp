@@ -6,6 +6,7 @@
 #include <limits>
 #include <vector>
 
+#include "model/specialist/judge/limits.hpp"
 #include "model/watch/loop_monitor.hpp"
 #include "model/watch/specialist_judge.hpp"
 #include "model/specialist/train/simulated_windows.hpp"
@@ -37,7 +38,7 @@ WindowRequest request_of(Condition condition, std::size_t grade) {
 bool finds(const specialist::WindowVerdict& verdict) {
   double faults = 0.0;
   for (const Condition c : kWatched) faults += verdict.probabilities[static_cast<std::size_t>(c)];
-  return faults >= specialist::kFault;
+  return faults >= specialist::JudgeLimits::kFault;
 }
 
 bool announces(const alarm::AlarmConditions& on, Condition condition) {

@@ -3,7 +3,8 @@
 // each size, with its own noise, load and set-point moves, through the very monitor of the daemon.
 //
 //   smallest size   the least of a grid from 0.5 to 20 % of span at which kFound of the windows that hold a move of SP
-//                   show a valve fault: the faults' probabilities together reach specialist::kFault, whichever it is
+//                   show a valve fault, of whatever kind: the probabilities of all faults together
+//                   reach kFault
 //   low air supply  the same of what the stem lacked of its place, % of span: in windows that lack so much or more
 //   time to alarm   at that size, median over runs of two hours of the time until the fault's own alarm comes (of
 //                   backlash and hysteresis either), hours
@@ -23,6 +24,7 @@
 #include <optional>
 
 #include "model/plant/loop_model.hpp"
+#include "model/specialist/judge/limits.hpp"
 #include "model/specialist/judge/team.hpp"
 #include "model/specialist/train/team_training.hpp"
 

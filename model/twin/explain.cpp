@@ -72,18 +72,8 @@ std::optional<ChangeMoment> where_retuned(const std::vector<double>& squares) {
   });
 }
 
-gap::Record part_of(const gap::Record& record, gap::SampleRange range) {
-  const auto part = [&](const std::vector<double>& column) {
-    return column.empty()
-               ? column
-               : std::vector<double>(column.begin() + static_cast<std::ptrdiff_t>(range.begin),
-                                     column.begin() + static_cast<std::ptrdiff_t>(range.end));
-  };
-  return {record.period_s, part(record.pv), part(record.sp), part(record.co)};
-}
-
 // A change of the twin goes before what the workflow finds in the stretch alone, where it closes
-// most of the gap, or more than that. What the controller does stands beside it. `first`: sample at
+// most of the gap, or more than that. Controller output stands beside it. `first`: sample at
 // which its record begins.
 void take_over(Explanation& out, SinceChange&& since, std::size_t first) {
   gap::Result& result = out.result;
@@ -111,7 +101,7 @@ const gap::FoundEffect* sure_effect(const Explanation& e) {
 
 // The record without PV where the twin may not judge: from beyond the commissioned range until
 // samples count again.
-gap::Record judged_part(gap::Record record, const plant::LoopModel& twin) {
+numeric::LoopRecord judged_part(numeric::LoopRecord record, const plant::LoopModel& twin) {
   watch::TwinWatch watch(twin);
   double co = std::numeric_limits<double>::quiet_NaN();
   bool left_out = false;
@@ -126,14 +116,14 @@ gap::Record judged_part(gap::Record record, const plant::LoopModel& twin) {
 }
 
 // The first sample from `from` on that has a PV; `end` if none has.
-std::size_t first_pv(const gap::Record& record, std::size_t from, std::size_t end) {
+std::size_t first_pv(const numeric::LoopRecord& record, std::size_t from, std::size_t end) {
   while (from < end && !std::isfinite(record.pv[from])) ++from;
   return from;
 }
 
 }  // namespace
 
-TellingStretch telling_stretch(const gap::Record& record, const plant::LoopModel& twin,
+TellingStretch telling_stretch(const numeric::LoopRecord& record, const plant::LoopModel& twin,
                                std::size_t alarm, const ExplainSettings& settings) {
   const auto samples = [&](double seconds) {
     return static_cast<std::size_t>(seconds / record.period_s);
@@ -177,15 +167,17 @@ TellingStretch telling_stretch(const gap::Record& record, const plant::LoopModel
   return {stretch, likeliest};
 }
 
-Explanation explain(const gap::Record& record, const plant::LoopModel& twin, std::size_t alarm,
-                    const ExplainSettings& settings, const gap::ParallelFor& parallel) {
+Explanation explain(const numeric::LoopRecord& record, const plant::LoopModel& twin,
+                    std::size_t alarm, const ExplainSettings& settings,
+                    const gap::ParallelFor& parallel) {
   Explanation out;
   const TellingStretch telling = telling_stretch(record, twin, alarm, settings);
-  const gap::Record judged = record.has_co() ? judged_part(record, twin) : record;
+  const numeric::LoopRecord judged = record.has_co() ? judged_part(record, twin) : record;
   out.stretch = telling.range;
   out.stretch.begin = first_pv(judged, out.stretch.begin, out.stretch.end);
   out.at = out.stretch.begin;
-  const gap::Record newest = part_of(judged, out.stretch);
+  numeric::LoopRecord newest = judged.part(out.stretch.begin, out.stretch.end);
+  newest.stem.clear();
   gap::Options options;
   if (!settings.judge_controller) options.search.without = {"controller_mismatch"};
   out.result = gap::find_gap(newest, twin, options, parallel, [](double) {});
@@ -196,8 +188,7 @@ Explanation explain(const gap::Record& record, const plant::LoopModel& twin, std
       first_pv(judged, out.stretch.begin - std::min(out.stretch.begin, before), out.stretch.begin);
   const ChangeMoment moment{out.stretch.begin - from,
                             std::max(telling.likeliest, out.stretch.begin) - from};
-  take_over(out, since_change(part_of(judged, {from, out.stretch.end}), moment, twin, parallel),
-            from);
+  take_over(out, since_change(judged.part(from, out.stretch.end), moment, twin, parallel), from);
   return out;
 }
 

@@ -21,7 +21,6 @@
 #pragma once
 
 #include <optional>
-#include <string>
 
 #include "model/gap/workflow.hpp"
 #include "model/alarm/alarm_kind.hpp"
@@ -46,7 +45,7 @@ struct TellingStretch {
   std::size_t likeliest = 0;  // sample at which the change began
 };
 // Of the record, for an alarm at sample `alarm`.
-TellingStretch telling_stretch(const gap::Record& record, const plant::LoopModel& twin,
+TellingStretch telling_stretch(const numeric::LoopRecord& record, const plant::LoopModel& twin,
                                std::size_t alarm, const ExplainSettings& settings);
 
 struct Explanation {
@@ -58,8 +57,9 @@ struct Explanation {
   double closed = gap::kNone;
   bool usable() const noexcept { return result.check.usable; }
 };
-Explanation explain(const gap::Record& record, const plant::LoopModel& twin, std::size_t alarm,
-                    const ExplainSettings& settings, const gap::ParallelFor& parallel);
+Explanation explain(const numeric::LoopRecord& record, const plant::LoopModel& twin,
+                    std::size_t alarm, const ExplainSettings& settings,
+                    const gap::ParallelFor& parallel);
 
 bool agrees(const Explanation& explanation, alarm::AlarmKind alarm);
 // Nothing: the alarm keeps its name.

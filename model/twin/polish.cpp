@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "model/twin/polish.hpp"
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -280,7 +279,7 @@ bool is_sure(const Left& with, const Left& without) {
 
 }  // namespace
 
-Polished polish(const LoopModel& model, const gap::Record& record, double most_friction) {
+Polished polish(const LoopModel& model, const numeric::LoopRecord& record, double most_friction) {
   Polished out{.model = model};
   if (!record.has_co()) return out;
   const gap::CheckedRecord checked = gap::check(record, model);
@@ -324,7 +323,7 @@ Polished polish(const LoopModel& model, const gap::Record& record, double most_f
   return out;
 }
 
-LoopModel refitted(const LoopModel& model, const gap::Record& record) {
+LoopModel refitted(const LoopModel& model, const numeric::LoopRecord& record) {
   if (!record.has_co()) return model;
   const gap::CheckedRecord checked = gap::check(record, model);
   if (!checked.quality.usable || checked.closed_loop) return model;

@@ -34,10 +34,11 @@ struct Polished {
 };
 
 // `most_friction`: CO units; 0: none is looked for.
-Polished polish(const plant::LoopModel& model, const gap::Record& record, double most_friction);
+Polished polish(const plant::LoopModel& model, const numeric::LoopRecord& record,
+                double most_friction);
 
 // The same numbers over the whole record, once its last third has proved them: what the loop did
 // there counts too.
-plant::LoopModel refitted(const plant::LoopModel& model, const gap::Record& record);
+plant::LoopModel refitted(const plant::LoopModel& model, const numeric::LoopRecord& record);
 
 }  // namespace loopwarden::twin

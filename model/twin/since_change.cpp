@@ -8,8 +8,6 @@
 #include <limits>
 #include <map>
 #include <numbers>
-#include <numeric>
-#include <optional>
 #include <utility>
 
 #include "model/effects/catalogue.hpp"
@@ -196,7 +194,7 @@ struct Hypothesis {
 
 class Competition {
  public:
-  Competition(const gap::Record& record, ChangeMoment change, const LoopModel& twin,
+  Competition(const numeric::LoopRecord& record, ChangeMoment change, const LoopModel& twin,
               const numeric::ParallelFor& parallel)
       : record_(record),
         change_(change.earliest),
@@ -603,15 +601,16 @@ class Competition {
       out.effects.push_back(found(won, k));
       out.effects.back().confidence = confidence;
       out.effects.back().evidence = numeric::text(
-          "With %s, since %.0f s before the last sample (%.0f to %.0f s), the twin explains %.0f "
-          "%% of what it can't without it, %s.",
+          "Explanation: %s, since %.0f s before the last sample (%.0f to %.0f s). It accounts for "
+          "%.0f "
+          "%% of the deviation %s.",
           kinds_[won.kinds[k]].name, before_end_s(out.at), before_end_s(out.from.end),
           before_end_s(out.from.begin), 100.0 * out.closed,
           held_tells
-              ? "on the last third of the stretch: its numbers are fitted to what comes "
-                "before, the kind of change is chosen on all of it"
-              : "on the whole stretch, most of which its numbers are fitted to: the last third "
-                "alone does not tell");
+              ? "on the last third of the data. Its parameters are fitted to the data before that, "
+                "but the kind of change is chosen on all data"
+              : "on all data, most of which its parameters are fitted to, because the last third "
+                "is not conclusive");
       if (kinds_[won.kinds[k]].block == Block::valve) {
         out.effects.back().interval = intervals(won, k);
       }
@@ -670,7 +669,7 @@ class Competition {
     return effect;
   }
 
-  const gap::Record& record_;
+  const numeric::LoopRecord& record_;
   std::size_t change_;  // the earliest moment
   std::size_t latest_;
   std::size_t counted_;  // from which on errors are
@@ -692,7 +691,7 @@ class Competition {
 
 }  // namespace
 
-SinceChange since_change(const gap::Record& record, ChangeMoment change,
+SinceChange since_change(const numeric::LoopRecord& record, ChangeMoment change,
                          const plant::LoopModel& twin, const numeric::ParallelFor& parallel) {
   // Too little before it, and the load is not known; too little behind it, and nothing is.
   constexpr double kLeastAfter_s = 120.0;

@@ -42,7 +42,6 @@
 // ch. 7 (bounded errors; the form is Cauchy's).
 #pragma once
 
-#include <string>
 #include <vector>
 
 #include "model/gap/record.hpp"
@@ -66,7 +65,7 @@ struct SinceChange {
 };
 
 // Before the change the loop was the twin's.
-SinceChange since_change(const gap::Record& record, ChangeMoment change,
+SinceChange since_change(const numeric::LoopRecord& record, ChangeMoment change,
                          const plant::LoopModel& twin, const numeric::ParallelFor& parallel);
 
 }  // namespace loopwarden::twin

@@ -68,19 +68,19 @@ std::vector<Change> changes(const LoopModel& before, const LoopModel& now) {
   const plant::ProcessParameters& b = now.process;
   std::vector<Change> out;
   if (has_characteristic(before) || has_characteristic(now)) {
-    out.push_back({"characteristic, moved by % of PV span", 0.0, bent_percent(before, now)});
+    out.push_back({"characteristic, change in % of PV span", 0.0, bent_percent(before, now)});
   } else {
     out.push_back({"gain, PV units/CO unit", a.gain, b.gain});
   }
   const auto lags = [](const plant::ProcessParameters& p) {
     return (p.integrating() ? 0.0 : p.time_constant_s) + p.second_time_constant_s;
   };
-  out.push_back({"time constants together, s", lags(a), lags(b)});
+  out.push_back({"sum of the time constants, s", lags(a), lags(b)});
   out.push_back({"dead time, s", a.dead_time_s, b.dead_time_s});
   out.push_back(
-      {"friction or play, % of CO span", friction_percent(before), friction_percent(now)});
+      {"friction or backlash, % of CO span", friction_percent(before), friction_percent(now)});
   out.push_back({"noise, PV units", before.transmitter.noise, now.transmitter.noise});
-  out.push_back({"load, PV units per root second", load_of(before), load_of(now)});
+  out.push_back({"disturbance, PV units per sqrt(s)", load_of(before), load_of(now)});
   out.push_back(
       {"kp, CO units/PV unit", before.controller.pid.gains.kp, now.controller.pid.gains.kp});
   out.push_back(

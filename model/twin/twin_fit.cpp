@@ -33,7 +33,7 @@ std::vector<Parameter> parameters_of(const plant::ProcessParameters& process) {
 
 }  // namespace
 
-plant::TwinFit twin_fit(const plant::LoopModel& twin, const gap::Record& record) {
+plant::TwinFit twin_fit(const plant::LoopModel& twin, const numeric::LoopRecord& record) {
   const gap::CheckedRecord checked = gap::check(record, twin);
   plant::TwinFit out;
   if (!checked.quality.usable) return out;

@@ -23,6 +23,6 @@ namespace loopwarden::twin {
 
 inline constexpr double kLargest = 0.04;  // relative variance
 
-plant::TwinFit twin_fit(const plant::LoopModel& twin, const gap::Record& record);
+plant::TwinFit twin_fit(const plant::LoopModel& twin, const numeric::LoopRecord& record);
 
 }  // namespace loopwarden::twin

@@ -34,14 +34,14 @@ bool all_one_step(std::vector<double> changes) {
 
 }  // namespace
 
-std::string why_compressed(const gap::Record& record) {
+std::string why_compressed(const numeric::LoopRecord& record) {
   const numeric::Range range = numeric::range_of(record.pv);
   const double tiny = kSame * (range.high - range.low);
   if (!(tiny > 0.0)) return "PV never moves.";
   const analysis::ArchivedSignal kept = analysis::recognise_filled(record.pv);
   if (kept.kind != analysis::ArchiveKind::none && kept.stored_share < kLeastStored) {
     return text(
-        "The record is compressed: of PV's samples %.0f %% were stored, between them %s. Export "
+        "The record is compressed: %.0f %% of PV's samples were stored, between them %s. Export "
         "raw samples, with compression and exception reporting off.",
         100.0 * kept.stored_share,
         kept.kind == analysis::ArchiveKind::swinging_door && !kept.held_lines
@@ -63,8 +63,9 @@ std::string why_compressed(const gap::Record& record) {
   }
   if (share(still, seen) > kMostStill && !all_one_step(std::move(changes))) {
     return text(
-        "%.0f %% of PV's samples repeat the one before, and the changes between are of many sizes: "
-        "it was written more often than it was measured. Record what the transmitter sends, "
+        "%.0f %% of PV's samples repeat the previous one, and the other changes have many sizes: "
+        "PV "
+        "was stored more often than it was measured. Record the raw values of the transmitter, "
         "without averages or holds.",
         100.0 * share(still, seen));
   }
@@ -81,11 +82,11 @@ std::string why_by_hand(const std::vector<double>& automatic) {
   }
   if (share(by_hand, known) <= kMostByHand) return "";
   return text(
-      "The loop was in manual in %.0f %% of the record; a twin comes from a loop that controls.",
+      "The loop was in manual in %.0f %% of the record. A twin needs a record in automatic.",
       100.0 * share(by_hand, known));
 }
 
-std::string why_clamped(const gap::Record& record, const Spans& spans) {
+std::string why_clamped(const numeric::LoopRecord& record, const Spans& spans) {
   const double margin = 0.002 * (spans.co_high - spans.co_low);
   std::size_t at_end = 0;
   std::size_t known = 0;
@@ -96,12 +97,12 @@ std::string why_clamped(const gap::Record& record, const Spans& spans) {
   }
   if (share(at_end, known) <= kMostClamped) return "";
   return text(
-      "CO stands at an end of its range in %.0f %% of the record: the loop is open there, and "
-      "nothing can be learned of the valve.",
+      "CO is at a limit of its range in %.0f %% of the record: the loop is open there, and "
+      "the record doesn't show the valve.",
       100.0 * share(at_end, known));
 }
 
-std::string why_still(const gap::Record& record, const Spans& spans) {
+std::string why_still(const numeric::LoopRecord& record, const Spans& spans) {
   const bool by_sp = record.has_sp();
   const std::vector<double>& column = by_sp ? record.sp : record.co;
   const double span = by_sp ? spans.pv_high - spans.pv_low : spans.co_high - spans.co_low;
@@ -118,18 +119,18 @@ std::string why_still(const gap::Record& record, const Spans& spans) {
   }
   if (moves >= kFewestMoves) return "";
   return text(
-      "%s moves %s by %.0f %% of its span or more: what CO does to PV can't be told from the load. "
+      "%s moves %s by %.0f %% of its span or more: the effect of CO on PV can't be separated from "
+      "the load. "
       "Step the set point by 3 to 5 %% of its span twice in each direction, each step held until "
-      "PV "
-      "has settled.",
-      by_sp ? "SP" : "CO", moves == 0 ? "never" : "once only", 100.0 * kLeastMove);
+      "PV has settled.",
+      by_sp ? "SP" : "CO", moves == 0 ? "never" : "only once", 100.0 * kLeastMove);
 }
 
-std::string why_short(const gap::Record& record) {
+std::string why_short(const numeric::LoopRecord& record) {
   const double seconds = static_cast<double>(record.size()) * record.period_s;
   if (seconds >= kShortest_s) return "";
   return text(
-      "The record is %.1f minutes long; %.0f are asked for (--accept-short takes it as it is).",
+      "The record is %.1f minutes long; at least %.0f are required (--accept-short accepts it).",
       seconds / 60.0, kShortest_s / 60.0);
 }
 

@@ -20,7 +20,6 @@
 // second difference that shows it). The shares are our choice.
 #pragma once
 
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -42,11 +41,11 @@ struct Spans {
 };
 
 // Each a sentence that says why; empty where the record passes.
-std::string why_compressed(const gap::Record& record);
+std::string why_compressed(const numeric::LoopRecord& record);
 std::string why_by_hand(
     const std::vector<double>& automatic);  // 1, 0, NaN: not known; may be empty
-std::string why_clamped(const gap::Record& record, const Spans& spans);
-std::string why_still(const gap::Record& record, const Spans& spans);
-std::string why_short(const gap::Record& record);
+std::string why_clamped(const numeric::LoopRecord& record, const Spans& spans);
+std::string why_still(const numeric::LoopRecord& record, const Spans& spans);
+std::string why_short(const numeric::LoopRecord& record);
 
 }  // namespace loopwarden::twin

@@ -4,13 +4,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "model/alarm/limits.hpp"
 #include "model/numeric/root_sum_square.hpp"
+#include "model/watch/limits.hpp"
 
 namespace loopwarden::watch {
 namespace {
-
-// Number of blocks per window for the stem's lag: 4 s of 96 s.
-constexpr std::uint64_t kBlocks = 24;
 
 double share(std::uint64_t part, std::uint64_t whole) noexcept {
   return static_cast<double>(part) / static_cast<double>(whole);
@@ -18,12 +17,12 @@ double share(std::uint64_t part, std::uint64_t whole) noexcept {
 
 }  // namespace
 
-ConditionWatch::ConditionWatch(const WindowSettings& settings, double resolution_percent) noexcept
+ConditionWatch::ConditionWatch(const WindowSettings& settings) noexcept
     : co_span_(settings.co_high - settings.co_low),
       sample_time_s_(settings.sample_time_s),
-      resolution_(resolution_percent / 100.0 * co_span_),
+      resolution_(alarm::AlarmLimits::kResolution_percent / 100.0 * co_span_),
       length_(alarm::kWindowSamples * std::max<std::size_t>(settings.decimation, 1)),
-      block_(length_ / kBlocks) {}
+      block_(length_ / Limits::kStemLagBlocks) {}
 
 void ConditionWatch::add(const Cycle& cycle, const Troubles& troubles) noexcept {
   pv_frozen_ = troubles.pv_frozen;

@@ -11,7 +11,7 @@
 //   deviation       mean |CO - stem|, % of the CO span
 //   lag             s: sum of (mean of CO - stem) (move of the stem) over sum of (move)^2, times
 //                   the length of a block, over the blocks of a 24th of a window in which the stem
-//                   moves by more than `resolution`. Exact for a first-order lag with CO at any
+//                   moves by more than the resolution. Exact for a first-order lag with CO at any
 //                   course.
 // Windows add the RMS of SP - PV and the stick band. The stick band is the larger of two values:
 // the one from the read-back, and the severity of an active stiction, backlash or hysteresis alarm.
@@ -30,10 +30,8 @@
 // No errors. Unknown values stay NaN.
 // Limits: it can't separate backlash from lag (a stem that follows with backlash at constant speed
 // looks late by backlash/speed); see a lag while the stem rests.
-// play/speed); see a lag while the stem rests.
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
 
 #include "model/analysis/condition_index.hpp"
@@ -45,7 +43,7 @@ namespace loopwarden::watch {
 
 class ConditionWatch {
  public:
-  explicit ConditionWatch(const WindowSettings& settings, double resolution_percent = 0.2) noexcept;
+  explicit ConditionWatch(const WindowSettings& settings) noexcept;
 
   struct Troubles {
     bool pv_bad = false;     // worse than uncertain

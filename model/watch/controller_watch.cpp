@@ -5,16 +5,13 @@
 #include <cmath>
 
 #include "model/numeric/text.hpp"
+#include "model/watch/limits.hpp"
 
 namespace loopwarden::watch {
 namespace {
 
-constexpr double kQuarterHigher = 1.25;
-constexpr double kFinest = 1.0 / 4096.0;  // of the CO span
-constexpr std::size_t kFewestInBlock = 5;
-
 double resolution_of(const plant::SeenController& seen, double co_span) {
-  return std::max(seen.resolution, kFinest * co_span);
+  return std::max(seen.resolution, Limits::kFinest * co_span);
 }
 
 control::PidSettings tolerant(const plant::LoopModel& twin) {
@@ -27,9 +24,9 @@ control::PidSettings tolerant(const plant::LoopModel& twin) {
 }
 
 control::PidSettings higher(control::PidSettings settings) {
-  settings.gains.kp *= kQuarterHigher;
-  settings.gains.ki *= kQuarterHigher;
-  settings.gains.kd *= kQuarterHigher;
+  settings.gains.kp *= Limits::kQuarterHigher;
+  settings.gains.ki *= Limits::kQuarterHigher;
+  settings.gains.kd *= Limits::kQuarterHigher;
   return settings;
 }
 
@@ -44,7 +41,7 @@ double follow(control::Pid& law, double sp, double pv, double last_co, double co
 }  // namespace
 
 bool ControllerWatch::can_watch(const plant::SeenController& seen, double co_span) noexcept {
-  return seen.rms <= kWithin * resolution_of(seen, co_span);
+  return seen.rms <= Limits::kWithin * resolution_of(seen, co_span);
 }
 
 ControllerWatch::ControllerWatch(const plant::LoopModel& twin)
@@ -59,8 +56,9 @@ ControllerWatch::ControllerWatch(const plant::LoopModel& twin)
   const double rounding = resolution_of(seen_.value_or(plant::SeenController{}), co_span_);
   const double rms = seen_ ? seen_->rms : 0.0;
   noise2_ = std::max(rms * rms, 2.0 * rounding * rounding / 12.0);
-  block_ = std::max(kFewestInBlock, static_cast<std::size_t>(std::lround(0.5 * answer)));
-  most_quiet_ = static_cast<std::size_t>(kQuiet_s / sample_time_s_);
+  block_ = std::max(Limits::kFewestInBlock,
+                    static_cast<std::size_t>(std::lround(Limits::kBlockAnswers * answer)));
+  most_quiet_ = static_cast<std::size_t>(Limits::kQuiet_s / sample_time_s_);
 }
 
 void ControllerWatch::add(double sp, double pv, double co) noexcept {
@@ -90,13 +88,15 @@ void ControllerWatch::add(double sp, double pv, double co) noexcept {
 void ControllerWatch::end_block() noexcept {
   const double samples = static_cast<double>(block_) * noise2_;
   size_ = squares_ / samples;
-  if (other_squares_ / samples >= kLimit) {
+  if (other_squares_ / samples >= Limits::kLimit) {
     untested_ = 0;
     tested_ = true;
   }
-  sum_ = std::clamp(sum_ + std::min(size_ - kLimit, kMostInBlock), 0.0, 2.0 * kAlarm);
-  if (watched_ && sum_ >= kAlarm) on_ = true;
-  quiet_samples_ = sum_ < 0.25 * kAlarm ? quiet_samples_ + block_ : 0;
+  sum_ = std::clamp(sum_ + std::min(size_ - Limits::kLimit, Limits::kMostInBlock), 0.0,
+                    2.0 * Limits::kControllerAlarm);
+  if (watched_ && sum_ >= Limits::kControllerAlarm) on_ = true;
+  quiet_samples_ =
+      sum_ < Limits::kQuietShare * Limits::kControllerAlarm ? quiet_samples_ + block_ : 0;
   if (quiet_samples_ >= most_quiet_) on_ = false;
   squares_ = other_squares_ = 0.0;
   in_block_ = 0;
@@ -110,7 +110,7 @@ std::string ControllerWatch::why_not() const {
       "CO of the healthy record differs from the controller's result by %.2g of its span, and %.2g "
       "is allowed: CO has other inputs (feed-forward, tracking, override), or the settings are "
       "unknown",
-      seen_->rms / co_span_, kWithin * resolution_of(*seen_, co_span_) / co_span_);
+      seen_->rms / co_span_, Limits::kWithin * resolution_of(*seen_, co_span_) / co_span_);
 }
 
 double ControllerWatch::untested_s() const noexcept {

@@ -1,31 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // Detects whether the controller has changed since the loop was commissioned. The twin's controller
-// runs in parallel, from the measured SP and PV to CO. Stepped by the caller.
-//
-//   u(k)   CO of the twin's law (control/pid.hpp) from SP, PV and the measured CO before, within
-//          the output's range
-//   n = CO - u; the law's integral moves by g n with g = h over the loop's answer, because its
-//   start
-//          is unknown
-//   S <- clamp(S + min(mean n^2/N^2 - limit, kMostInBlock), 0, 2 kAlarm)
-//          over blocks of half an answer
-//
-// N is the error that remained in the healthy record, at least twice a converter's rounding. The
-// limit is kLimit. The watch is on when S reaches kAlarm. It is off when S has been below a quarter
-// of kAlarm for kQuiet_s. Other gains, a filter, a dead band, other limits and another form all
-// move CO elsewhere.
+// runs in parallel, from the measured SP and PV to CO. Stepped by the caller. Equations:
+// docs/math/twin-watch.md.
 //
 // The controller is watched only if the rms error of the healthy record's CO is within kWithin of
-// its resolutions (of 12 bits if it is finer). Otherwise why_not() returns the reason.
-//
-//   n, N  CO units     S  1
-//
-// No errors.
+// its resolutions (of 12 bits if it is finer). Otherwise why_not() returns the reason. No errors.
 // Limits: it can't name the change; see another integral action while SP - PV is 0; follow a
 // controller whose output has other inputs (feed-forward, tracking, override, a compensator). Such
 // a controller is not watched.
-//
-// Source: Page, Biometrika 41 (1954) 100-115 (cumulative sum).
 #pragma once
 
 #include <cstddef>
@@ -34,17 +16,12 @@
 
 #include "model/control/pid.hpp"
 #include "model/plant/loop_model.hpp"
+#include "model/watch/limits.hpp"
 
 namespace loopwarden::watch {
 
 class ControllerWatch {
  public:
-  static constexpr double kWithin = 2.0;
-  static constexpr double kLimit = 3.0;
-  static constexpr double kMostInBlock = 5.0;
-  static constexpr double kAlarm = 20.0;
-  static constexpr double kQuiet_s = 900.0;
-
   explicit ControllerWatch(const plant::LoopModel& twin);
 
   // Adds a cycle in automatic: the inputs of the controller, and its CO. No allocation.
@@ -58,7 +35,7 @@ class ControllerWatch {
   std::string why_not() const;
   bool on() const noexcept { return on_; }
   bool quiet() const noexcept { return sum_ == 0.0; }
-  double score() const noexcept { return sum_ / kAlarm; }
+  double score() const noexcept { return sum_ / Limits::kControllerAlarm; }
   double apart() const noexcept { return apart_; }  // n of the newest sample, CO units
   double size() const noexcept { return size_; }    // mean n^2/N^2 of the newest block
   double untested_s()

@@ -4,15 +4,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "model/watch/limits.hpp"
+
 namespace loopwarden::watch {
-namespace {
-
-constexpr double kLoadTime_s = 300.0;  // a random load is forgotten in this time
-constexpr double kHealthy_s = 1200.0;  // least length of the healthy record
-constexpr std::size_t kFewest = 5;
-
-}  // namespace
-
 double load_intensity(const plant::LoopModel& model) {
   const auto load = std::find_if(model.disturbances.begin(), model.disturbances.end(),
                                  [](const auto& spec) { return spec.name == "random_load"; });
@@ -26,22 +20,24 @@ LoadWatch::LoadWatch(const plant::LoopModel& twin)
   const double h = sample_time_s_;
   const plant::SeenLoad seen = known_ ? *twin.twin->load : plant::SeenLoad{};
   mean_ = seen.mean;
-  const double least = kLeast * twin.transmitter.span();
+  const double least = Limits::kLeastOutside * twin.transmitter.span();
   const double intensity = load_intensity(twin);
-  const double deviation = std::max(seen.deviation, intensity * std::sqrt(0.5 * kLoadTime_s));
+  const double deviation =
+      std::max(seen.deviation, intensity * std::sqrt(0.5 * Limits::kLoadTime_s));
   // The mean of the healthy record is only as certain as its length allows.
-  const double of_mean = 2.0 * kLoadTime_s / kHealthy_s;
-  const double of_hours = kLoadTime_s / kHours_s;
-  limits_ = {std::max(least, kDeviations * deviation),
-             std::max(least, kDeviations * deviation * std::sqrt(of_mean + of_hours))};
-  block_ =
-      std::max(kFewest, static_cast<std::size_t>(std::lround(0.5 * plant::answer_s(twin) / h)));
+  const double of_mean = 2.0 * Limits::kLoadTime_s / Limits::kHealthy_s;
+  const double of_hours = Limits::kLoadTime_s / Limits::kHours_s;
+  limits_ = {std::max(least, Limits::kDeviations * deviation),
+             std::max(least, Limits::kDeviations * deviation * std::sqrt(of_mean + of_hours))};
+  block_ = std::max(
+      Limits::kFewestInBlock,
+      static_cast<std::size_t>(std::lround(Limits::kBlockAnswers * plant::answer_s(twin) / h)));
   const double apart_s = 2.5 * static_cast<double>(block_) * h;
   const double noise2 = twin.transmitter.noise * twin.transmitter.noise;
   const double step =
       std::sqrt(intensity * intensity * apart_s + noise2 / static_cast<double>(block_));
-  step_limit_ = std::max({least, kDeviations * step, kSlack * seen.step});
-  settled_ = static_cast<std::size_t>(kMinutes_s / h);
+  step_limit_ = std::max({least, Limits::kDeviations * step, Limits::kSlack * seen.step});
+  settled_ = static_cast<std::size_t>(Limits::kMinutes_s / h);
 }
 
 void LoadWatch::add(double r) noexcept {
@@ -57,8 +53,8 @@ void LoadWatch::add(double r) noexcept {
   const auto gain = [&](double time_s) {
     return std::max(std::min(1.0, h / time_s), 1.0 / static_cast<double>(samples_));
   };
-  means_[0] += gain(kMinutes_s) * (r - means_[0]);
-  means_[1] += gain(kHours_s) * (r - means_[1]);
+  means_[0] += gain(Limits::kMinutes_s) * (r - means_[0]);
+  means_[1] += gain(Limits::kHours_s) * (r - means_[1]);
   sum_ += r;
   if (++in_block_ == block_) {
     std::rotate(blocks_.begin(), blocks_.begin() + 1, blocks_.end());
@@ -70,8 +66,8 @@ void LoadWatch::add(double r) noexcept {
   }
   if (stepped_ != 0.0) {
     const bool back =
-        stands_s_ >= kMinutes_s && std::abs(means_[0] - from_) < 0.5 * std::abs(stepped_);
-    if (back || stands_s_ >= kStands_s) stepped_ = 0.0;
+        stands_s_ >= Limits::kMinutes_s && std::abs(means_[0] - from_) < 0.5 * std::abs(stepped_);
+    if (back || stands_s_ >= Limits::kStands_s) stepped_ = 0.0;
   }
   if (!level_outside() && stepped_ == 0.0) {
     outside_s_ = 0.0;
@@ -82,8 +78,8 @@ void LoadWatch::add(double r) noexcept {
 
 bool LoadWatch::level_outside() const noexcept {
   if (samples_ < settled_) return false;
-  const double share = outside_s_ > 0.0 ? kBack : 1.0;
-  const bool hours = static_cast<double>(samples_) * sample_time_s_ >= kHours_s;
+  const double share = outside_s_ > 0.0 ? Limits::kBack : 1.0;
+  const bool hours = static_cast<double>(samples_) * sample_time_s_ >= Limits::kHours_s;
   return std::abs(means_[0] - mean_) >= share * limits_[0] ||
          (hours && std::abs(means_[1] - mean_) >= share * limits_[1]);
 }

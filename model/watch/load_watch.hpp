@@ -1,25 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Checks whether the disturbance of a loop is outside the range of its healthy record. The
-// disturbance is the difference between PV and the twin's PV. Stepped by the caller.
+// disturbance is the difference between PV and the twin's PV. Stepped by the caller. Equations:
+// docs/math/twin-watch.md. No errors.
 //
-//   r = PV - y                     of TwinWatch, PV units
-//   m_j <- m_j + (h/T_j)(r - m_j)  means over minutes, kMinutes_s, and over hours, kHours_s
-//   outside   |m_j - mean| >= kDeviations times the standard deviation of m_j that follows from the
-//             healthy record and the intensity of the disturbance, and at least kLeast of the span;
-//             until it is below kBack of that
-//   step      means of blocks of half an answer: both newest ones differ from both before the third
-//             newest by the largest of: kDeviations times the effect of load and noise in that
-//             time, kSlack times the largest of the healthy record, and kLeast of the span. It
-//             lasts until the mean over minutes has returned by half of it, at most kStands_s
-//
-//   h  s, sample time
-//
-// No errors.
 // Limits: it can't name the source of the disturbance, or distinguish it from a change of valve or
 // process. When TwinWatch reports a change, r is no disturbance. A twin without the load of its
 // healthy record has no watch.
-//
-// Source: Roberts, Technometrics 1 (1959) 239-250 (control charts of exponentially weighted means).
 #pragma once
 
 #include <array>
@@ -40,14 +26,6 @@ struct LoadOutside {
 
 class LoadWatch {
  public:
-  static constexpr double kMinutes_s = 60.0;
-  static constexpr double kHours_s = 3600.0;
-  static constexpr double kDeviations = 5.0;
-  static constexpr double kSlack = 1.5;
-  static constexpr double kLeast = 0.01;
-  static constexpr double kBack = 0.7;
-  static constexpr double kStands_s = 1800.0;
-
   explicit LoadWatch(const plant::LoopModel& twin);
 
   // Adds one cycle. r is NaN if the twin can't judge. No allocation.

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <limits>
 
+#include "model/watch/limits.hpp"
+
 namespace loopwarden::watch {
 
 void LoopMonitor::restore(alarm::AlarmKind kind, bool on, double severity_percent) noexcept {
@@ -71,8 +73,8 @@ MonitorStep LoopMonitor::add(const Cycle& cycle) {
 // In manual the plant may be under repair, and after a longer gap the course of CO is unknown.
 bool LoopMonitor::watch_twin(const Cycle& cycle) noexcept {
   const bool was = twin_on();
-  const bool near =
-      cycle.period_index >= next_period_ && cycle.period_index - next_period_ <= kMostBridged;
+  const bool near = cycle.period_index >= next_period_ &&
+                    cycle.period_index - next_period_ <= Limits::kMostMissed;
   if (!cycle.automatic || !near) twin_->restart();
   if (controller_ && (!cycle.automatic || next_period_ != cycle.period_index)) {
     controller_->restart();
@@ -105,7 +107,7 @@ MonitorStep LoopMonitor::judge_windows(const Cycle& cycle) {
   const alarm::Window window = builder_.window();
   step.kind = MonitorStep::Kind::not_fit;
   step.measures = measure(window);
-  if (step.measures.saturated_percent > kMostSaturated) {
+  if (step.measures.saturated_percent > Limits::kMostSaturated) {
     step.state = alarm::WindowState::saturated;
     return step;
   }

@@ -39,8 +39,6 @@
 
 namespace loopwarden::watch {
 
-inline constexpr double kMostSaturated = 10.0;  // % of a window's samples
-
 struct MonitorStep {
   enum class Kind : std::uint8_t {
     nothing,
@@ -126,7 +124,6 @@ class LoopMonitor {
   std::optional<ControllerWatch> controller_;  // with the twin, of a foreign controller
   alarm::AlarmConditions told_{};
   bool calm_ = false;
-  static constexpr std::uint64_t kMostBridged = 100;  // cycles
   std::uint64_t next_period_ = 0;
   double last_co_ = std::numeric_limits<double>::quiet_NaN();  // CO units
   alarm::WindowJudge* judge_;

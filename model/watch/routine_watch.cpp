@@ -5,13 +5,15 @@
 #include <cmath>
 #include <utility>
 
+#include "model/diagnosis/limits.hpp"
+#include "model/analysis/limits.hpp"
+#include "model/watch/limits.hpp"
+
 namespace loopwarden::watch {
 namespace {
 
-constexpr double kLeastProbability = 0.05;  // limits a single window to 2.9 nats
-
 double logit(double p) noexcept {
-  const double within = std::clamp(p, kLeastProbability, 1.0 - kLeastProbability);
+  const double within = std::clamp(p, Limits::kLeastProbability, 1.0 - Limits::kLeastProbability);
   return std::log(within / (1.0 - within));
 }
 
@@ -29,7 +31,7 @@ bool speaks(diagnosis::DiagnosisVerdict verdict) noexcept {
 // Returns whether the band is that of a healthy valve.
 bool is_small(const RoutineWatch::Judgement& judgement) noexcept {
   return judgement.verdict == diagnosis::DiagnosisVerdict::valve_effect &&
-         judgement.severity_percent < RoutineWatch::kHealthyBand;
+         judgement.severity_percent < Limits::kHealthyBand;
 }
 
 // Returns whether two windows as one record suffice. `lowest`: the lower of their single
@@ -39,20 +41,20 @@ bool raises(const RoutineWatch::Judgement& both, double lowest) noexcept {
     return false;
   }
   const bool likely_stiction = both.fault == alarm::AlarmKind::stiction && lowest >= 0.5 &&
-                               both.evidence.standing > diagnosis::kStandsFrom;
+                               both.evidence.standing > diagnosis::DiagnosisLimits::kStandsFrom;
   return both.grade == diagnosis::Grade::seen || likely_stiction;
 }
 
 }  // namespace
 
-RoutineWatch::Judgement judge_routine(const diagnosis::RoutineRecord& record,
+RoutineWatch::Judgement judge_routine(const numeric::LoopView& record,
                                       const diagnosis::Archived& source) {
   diagnosis::Diagnosis found = diagnosis::diagnose(record);
   const double span = record.co_high - record.co_low;
   const double sees_from = diagnosis::sees_from(record.pv, record.co, source);
   if (source.any()) diagnosis::mind_archive(found, source, sees_from, span);
   RoutineWatch::Judgement judgement{
-      .window_s = record.sample_time_s * static_cast<double>(record.pv.size()),
+      .window_s = record.period_s * static_cast<double>(record.size()),
       .whole = found.prepared.used == record.pv.size(),
       .verdict = found.verdict,
       .grade = found.grade,
@@ -74,20 +76,20 @@ RoutineWatch::RoutineWatch(const WindowSettings& settings)
       co_low_(settings.co_low),
       co_high_(settings.co_high) {
   const double cycle_s = settings.sample_time_s > 0.0 ? settings.sample_time_s : 0.1;
-  for (const double wanted_s : kSampleTimes) {
+  for (const double wanted_s : Limits::kRoutineSampleTimes_s) {
     const auto decimation = static_cast<std::size_t>(std::max(1.0, std::round(wanted_s / cycle_s)));
     if (!levels_.empty() && levels_.back().decimation == decimation) continue;
     Level& level = levels_.emplace_back();
     level.decimation = decimation;
     level.sample_time_s = static_cast<double>(decimation) * cycle_s;
-    level.sp.resize(2 * kSamples);
-    level.pv.resize(2 * kSamples);
-    level.co.resize(2 * kSamples);
+    level.sp.resize(2 * Limits::kRoutineSamples);
+    level.pv.resize(2 * Limits::kRoutineSamples);
+    level.co.resize(2 * Limits::kRoutineSamples);
   }
 }
 
 void RoutineWatch::leave_out(Level& level, std::uint64_t cycles, bool manual) noexcept {
-  const std::uint64_t longest = kLongestBreak * level.decimation;
+  const std::uint64_t longest = Limits::kLongestBreak * level.decimation;
   level.left_out = static_cast<std::size_t>(std::min(longest, level.left_out + cycles));
   if (level.left_out < longest) return;
   level.count = 0;
@@ -98,7 +100,7 @@ void RoutineWatch::leave_out(Level& level, std::uint64_t cycles, bool manual) no
   level.specialist_windows = 0;
   // In manual the valve may have been repaired: earlier evidence is dropped, but an active
   // condition must be refuted.
-  if (manual) level.sum = level.on ? std::min(level.sum, kRaise) : 0.0;
+  if (manual) level.sum = level.on ? std::min(level.sum, Limits::kRaise) : 0.0;
 }
 
 bool RoutineWatch::take(Level& level, const Cycle& cycle) noexcept {
@@ -109,18 +111,19 @@ bool RoutineWatch::take(Level& level, const Cycle& cycle) noexcept {
   if (++level.in_sample < level.decimation) return false;
   if (std::exchange(level.full, false)) {
     for (std::vector<float>* column : {&level.sp, &level.pv, &level.co}) {
-      std::copy_n(column->begin() + kSamples, kSamples, column->begin());
+      std::copy_n(column->begin() + Limits::kRoutineSamples, Limits::kRoutineSamples,
+                  column->begin());
     }
     level.has_before = true;
   }
   const double n = static_cast<double>(level.in_sample);
-  const std::size_t at = kSamples + level.count;
+  const std::size_t at = Limits::kRoutineSamples + level.count;
   level.sp[at] = static_cast<float>(level.sum_sp / n);
   level.pv[at] = static_cast<float>(level.sum_pv / n);
   level.co[at] = static_cast<float>(level.sum_co / n);
   level.in_sample = 0;
   level.sum_sp = level.sum_pv = level.sum_co = 0.0;
-  return ++level.count == kSamples;
+  return ++level.count == Limits::kRoutineSamples;
 }
 
 bool RoutineWatch::add(const Cycle& cycle) {
@@ -161,9 +164,9 @@ RoutineWatch::Samples RoutineWatch::samples_of(const Level& level,
   const auto newest = [count](const std::vector<float>& column) {
     return std::span<const float>(column).last(count);
   };
-  return {.sample_time_s = level.sample_time_s,
-          .sp = newest(level.sp),
+  return {.period_s = level.sample_time_s,
           .pv = newest(level.pv),
+          .sp = newest(level.sp),
           .co = newest(level.co)};
 }
 
@@ -171,7 +174,7 @@ RoutineWatch::Levels RoutineWatch::levels() const noexcept {
   Levels all;
   for (std::size_t i = 0; i < levels_.size(); ++i) {
     const Level& level = levels_[i];
-    all[i] = {.window_s = level.sample_time_s * static_cast<double>(kSamples),
+    all[i] = {.window_s = level.sample_time_s * static_cast<double>(Limits::kRoutineSamples),
               .filled_s = level.sample_time_s * static_cast<double>(level.count),
               .windows = level.windows,
               .sum = level.sum,
@@ -206,10 +209,10 @@ RoutineWatch::Judgement RoutineWatch::judge_newest(const Level& level, std::size
   const std::vector<double> pv(newest.pv.begin(), newest.pv.end());
   const std::vector<double> co(newest.co.begin(), newest.co.end());
   return judge_routine(
-      {.pv = pv,
-       .co = co,
+      {.period_s = level.sample_time_s,
+       .pv = pv,
        .sp = has_set_point_ ? std::span<const double>(sp) : std::span<const double>(),
-       .sample_time_s = level.sample_time_s,
+       .co = co,
        .co_low = co_low_,
        .co_high = co_high_},
       source_);
@@ -217,32 +220,34 @@ RoutineWatch::Judgement RoutineWatch::judge_newest(const Level& level, std::size
 
 RoutineWatch::Judgement RoutineWatch::judge(Level& level) {
   if (on_change_ && &level == levels_.data()) learn(level);
-  Judgement judgement = judge_newest(level, kSamples);
+  Judgement judgement = judge_newest(level, Limits::kRoutineSamples);
   const double probability_before = std::exchange(level.probability, judgement.probability);
   const double sum_before = level.sum;
   double from_specialists = 0.0;
   if (level.specialist_windows > 0) {
     const double mean = level.from_specialists / static_cast<double>(level.specialist_windows);
-    from_specialists = std::clamp(0.5 * logit(mean), -kMostFromSpecialists, kMostFromSpecialists);
+    from_specialists =
+        std::clamp(0.5 * logit(mean), -Limits::kMostFromSpecialists, Limits::kMostFromSpecialists);
   }
   if (speaks(judgement.verdict)) {
     const bool small = is_small(judgement);
     const double of_alarm = small ? 1.0 - judgement.probability : judgement.probability;
-    level.sum = std::clamp(level.sum + logit(of_alarm) + from_specialists - kDrift, 0.0, kMost);
+    level.sum = std::clamp(level.sum + logit(of_alarm) + from_specialists - Limits::kDrift, 0.0,
+                           Limits::kMostEvidence);
   }
   if (level.has_before && from_specialists >= 0.0) {
-    const Judgement both = judge_newest(level, 2 * kSamples);
+    const Judgement both = judge_newest(level, 2 * Limits::kRoutineSamples);
     if (raises(both, std::min(probability_before, level.probability))) {
       judgement = both;
-      level.sum = std::max(level.sum, kRaise);
+      level.sum = std::max(level.sum, Limits::kRaise);
     }
   }
   if (judgement.verdict == diagnosis::DiagnosisVerdict::valve_effect && !is_small(judgement)) {
     level.fault = judgement.fault;
     level.severity_percent = judgement.severity_percent;
   }
-  if (level.sum >= kRaise) level.on = true;
-  if (level.sum <= kClear && speaks(judgement.verdict)) {
+  if (level.sum >= Limits::kRaise) level.on = true;
+  if (level.sum <= Limits::kClear && speaks(judgement.verdict)) {
     level.on = false;
     restored_ = {};
   }
@@ -261,20 +266,18 @@ RoutineWatch::Judgement RoutineWatch::judge(Level& level) {
 }
 
 void RoutineWatch::learn(const Level& level) {
-  const Samples newest = samples_of(level, kSamples);
+  const Samples newest = samples_of(level, Limits::kRoutineSamples);
   const std::vector<double> pv(newest.pv.begin(), newest.pv.end());
   const std::vector<double> co(newest.co.begin(), newest.co.end());
-  constexpr double kMostAreNew = 0.5;        // of the samples
-  constexpr std::size_t kFewestStored = 20;  // fewest stored values to recognise a rule
   const auto learn_of = [](std::span<const double> values, analysis::ArchivedSignal& kept) {
     const analysis::ArchivedSignal found = analysis::recognise_filled(values);
     std::size_t anew = 0;
     for (std::size_t i = 1; i < values.size(); ++i) anew += values[i] != values[i - 1] ? 1U : 0U;
     const bool comes_anew =
-        static_cast<double>(anew) > kMostAreNew * static_cast<double>(values.size());
+        static_cast<double>(anew) > Limits::kMostAreNew * static_cast<double>(values.size());
     if (found.kind != analysis::ArchiveKind::none || comes_anew) {
       kept = found;
-    } else if (anew > 0 && anew < kFewestStored) {
+    } else if (anew > 0 && anew < analysis::Limits::kLeastStored) {
       kept = {.kind = analysis::ArchiveKind::unknown};
     }
   };

@@ -1,53 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // Routine evidence on a running loop: diagnose() judges the last minutes and hours. It needs no
 // model and no specialists, and detects a slow and wide dead band that no window of 96 s shows.
-//
-//   cycles -> kLevels of samples, each four times as long -> full: diagnose() -> logit -> CUSUM
-//          -> condition
-//
-//   S <- min(kMost, max(0, S + ln(p / (1 - p)) + w - kDrift))   once per full window of a level
-//   off -> on   S >= kRaise: more than one window must agree
-//   on  -> off  S <= kClear
-//
-// One window often holds too few turns of CO to be sure. Therefore each window is judged a second
-// time as one record with the window before it. S becomes at least kRaise, so the condition is
-// raised after two full windows, in two cases:
-//
-//   - The record shows a valve effect of grade seen.
-//   - The record shows likely stiction, and PV rests during more than diagnosis::kStandsFrom of
-//     CO's moves, and neither window contradicts it (p < 0.5).
-//
-// In both cases all of the record must be judged (CO is not at a limit), and the specialists must
-// not contradict it (w >= 0).
-//
-//   p  probability of a valve effect, from diagnose(), at its stated prior. With a verdict of
-//      "can't tell" or "not enough data", S keeps its value. A band below kHealthyBand is that of a
-//      healthy valve: it counts with 1 - p
-//   w  the specialists' opinion of the same stretch: half the logit of the mean probability that
-//      they give to stiction, backlash and hysteresis, within kMostFromSpecialists; 0 without
-//      specialists
-//   S  nats, one per level
-//
-// A source may report on change only (WindowSettings::on_change). Its rule for PV and CO is learned
-// from the finest level's newest window that shows it. The rule is forgotten when PV and CO have
-// new values in more than half of the samples. With fewer than 20 new values the rule is unknown.
-// An effect that such a source hides gives no verdict (diagnosis/archive_rule.hpp), and S keeps its
-// value.
-//
-// Levels: samples of 1, 4, 16 and 64 s (a whole number of cycles, at least one), kSamples of each:
-// 12 minutes to 13 hours. Windows of one level share no sample, so their logits may be added. Time
-// in manual, with a PV that is not good, or without cycles is left out. If that is kLongestBreak
-// samples or more, the level's window begins again. In manual the valve may be under repair, so S
-// begins again too. An active condition stays until a window contradicts it.
+// Equations: docs/math/routine-evidence.md. tests/model/watch/routine_evidence_test.cpp measures
+// this rule on simulated loops.
 //
 // Memory: 72 kB per loop, held from the start. add() allocates only for a full window. Routine
 // evidence doesn't survive the program: after a restart the first window of each level must fill
-// again.
-//
-// Source: E. S. Page, Continuous inspection schemes, Biometrika 41 (1954), for the sum; kDrift and
-// kRaise are set so that one window at diagnose()'s highest probability is not enough and two are.
-// tests/model/watch/routine_evidence_test.cpp measures this rule on simulated loops.
-// No errors.
+// again. No errors.
 // Limits: it can't see a dead band in less than one full window, or in a loop without movement. It
 // distinguishes valve effects no better than diagnose().
 #pragma once
@@ -61,6 +20,8 @@
 #include "model/diagnosis/archive_rule.hpp"
 #include "model/diagnosis/diagnosis.hpp"
 #include "model/alarm/loop_alarms.hpp"
+#include "model/diagnosis/limits.hpp"
+#include "model/watch/limits.hpp"
 #include "model/watch/window_builder.hpp"
 #include "model/alarm/window_judge.hpp"
 
@@ -68,19 +29,6 @@ namespace loopwarden::watch {
 
 class RoutineWatch {
  public:
-  static constexpr std::size_t kLevels = 4;
-  static constexpr std::array<double, kLevels> kSampleTimes{1.0, 4.0, 16.0, 64.0};  // s
-  static constexpr std::size_t kSamples = 750;
-  static constexpr std::size_t kLongestBreak = 4;      // samples
-  static constexpr double kDrift = 0.3;                // nats a window
-  static constexpr double kRaise = 3.0;                // nats
-  static constexpr double kClear = 0.5;                // nats
-  static constexpr double kMost = 6.0;                 // nats
-  static constexpr double kMostFromSpecialists = 1.5;  // nats
-  // Digital positioners state dead bands of 0.1 to 0.3 % of span. A smaller band is no reason for a
-  // repair.
-  static constexpr double kHealthyBand = 0.3;  // % of the CO span
-
   // The result of a window, or of two windows as one record.
   struct Judgement {
     double window_s = 0.0;  // the length of the judged samples
@@ -110,12 +58,12 @@ class RoutineWatch {
     alarm::AlarmKind fault = alarm::AlarmKind::stiction;  // if the verdict is a valve effect
     double severity_percent = 0.0;                        // % of the CO span, the same
   };
-  using Levels = std::array<Progress, kLevels>;
+  using Levels = std::array<Progress, Limits::kRoutineSampleTimes_s.size()>;
 
   // The samples of a judgement.
   struct Samples {
-    double sample_time_s = 1.0;
-    std::span<const float> sp, pv, co;  // sp: all NaN if unknown
+    double period_s = 1.0;
+    std::span<const float> pv, sp, co;  // sp: all NaN if unknown
   };
 
   explicit RoutineWatch(const WindowSettings& settings);
@@ -140,7 +88,7 @@ class RoutineWatch {
     std::size_t decimation = 1;  // cycles per sample
     double sample_time_s = 1.0;
     std::vector<float> sp, pv,
-        co;                   // 2 kSamples places: the window before, then the window in progress
+        co;  // 2 kRoutineSamples places: the window before, then the window in progress
     bool has_before = false;  // the window before is valid, without a break in between
     bool full =
         false;  // the second window was judged, and becomes the one before with the next sample
@@ -185,7 +133,7 @@ class RoutineWatch {
 
 // Returns the judgement of diagnose() for these samples, without earlier evidence and without
 // specialists.
-RoutineWatch::Judgement judge_routine(const diagnosis::RoutineRecord& record,
+RoutineWatch::Judgement judge_routine(const numeric::LoopView& record,
                                       const diagnosis::Archived& source = {});
 
 }  // namespace loopwarden::watch

@@ -33,7 +33,7 @@ alarm::WindowJudgement judgement_of(const specialist::WindowVerdict& verdict) no
 }
 
 alarm::WindowJudgement SpecialistJudge::judge(const alarm::Window& window) noexcept {
-  return judgement_of(judge_.judge({window.pv, window.co}));
+  return judgement_of(judge_.judge(window));
 }
 
 }  // namespace loopwarden::watch

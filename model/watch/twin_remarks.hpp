@@ -3,7 +3,8 @@
 // PV, and the untested changes. A remark is never a condition of an alarm.
 //
 // TwinNews selects the remarks that deserve one line: a load leaves or re-enters the range of the
-// healthy record; the loop has not been judged for kTold_s without a break, and is judged again.
+// healthy record; the loop has not been judged for kNotJudged_s without a break, and is judged
+// again.
 //
 // No errors.
 // Limits: tests before a restart of the program are unknown.
@@ -12,8 +13,8 @@
 #include <array>
 #include <cstdint>
 #include <optional>
-#include <string>
 
+#include "model/watch/limits.hpp"
 #include "model/watch/load_watch.hpp"
 #include "model/watch/twin_watch.hpp"
 #include "model/numeric/enum_name.hpp"
@@ -42,8 +43,6 @@ struct TwinRemarks {
 
 class TwinNews {
  public:
-  static constexpr double kTold_s = 600.0;
-
   enum class Kind : std::uint8_t { load_outside, load_back, not_judged, judged_again };
   // Adds remarks, `passed_s` of the loop's time after the last call. Returns the news, if any. No
   // allocation.
@@ -53,7 +52,7 @@ class TwinNews {
       return load_ ? Kind::load_outside : Kind::load_back;
     }
     unjudged_s_ = remarks.judging == Judging::here ? 0.0 : unjudged_s_ + passed_s;
-    if ((unjudged_s_ >= kTold_s && !told_) || (unjudged_s_ == 0.0 && told_)) {
+    if ((unjudged_s_ >= Limits::kNotJudged_s && !told_) || (unjudged_s_ == 0.0 && told_)) {
       told_ = !told_;
       return told_ ? Kind::not_judged : Kind::judged_again;
     }

@@ -6,24 +6,13 @@
 #include <string>
 
 #include "model/effects/catalogue.hpp"
+#include "model/watch/limits.hpp"
 #include "model/watch/load_watch.hpp"
 #include "model/numeric/enum_name.hpp"
 
 namespace loopwarden::watch {
 namespace {
 
-constexpr double kForgets_s = 900.0;  // time to forget an offset outside of the model
-constexpr double kMoreLoad = 4.0;     // times the healthy record's
-constexpr double kFastest = 10.0;     // of the answer
-constexpr double kVarianceAnswers = 60.0;
-constexpr double kMostOfNoise = 36.0;  // largest n^2 for v, over that of noise
-constexpr double kMostSigmas = 8.0;    // largest n for z: an outlier is no change
-constexpr double kMoreThanNoise = 1.1;
-constexpr double kFriction = 0.001;  // of the CO span: friction of a healthy valve
-constexpr double kWarmUp = 5.0;      // answers
-constexpr double kJumpSigmas = 6.0;
-constexpr double kMostChange = 10.0;     // times a change of TwinChange
-constexpr std::size_t kJumpSamples = 3;  // in a row: one or two are outliers
 constexpr double kNever = 1e300;
 constexpr double kLeastVariance = 1e-6;
 
@@ -43,33 +32,35 @@ struct Changed {
 
 // In the order of TwinChange.
 std::vector<Changed> changes(const plant::LoopModel& twin, const plant::LoopModel& model) {
-  constexpr double kGain = 0.1, kTimes = 0.2, kValve = 0.02;
-  constexpr double kGainSpread = 0.02, kTimeSpread = 0.04, kDeadTimeSpread = 0.03;
   const plant::ProcessParameters& p = model.process;
   std::vector<Changed> out;
   const auto with = [&](double spread, const auto& change) {
     out.push_back({model, spread});
     change(out.back().model);
   };
-  with(std::max(kGainSpread, deviation(twin, "gain")) / kGain,
-       [&](auto& m) { m.process.gain *= 1.0 + kGain; });
-  with(std::max(kTimeSpread, deviation(twin, "time_constant")) / kTimes, [&](auto& m) {
-    m.process.time_constant_s *= 1.0 + kTimes;
-    m.process.second_time_constant_s *= 1.0 + kTimes;
-  });
-  const double later_s = std::max({kTimes * p.dead_time_s, 0.3, 3.0 * twin.sample_time_s});
+  with(std::max(Limits::kGainSpread, deviation(twin, "gain")) / Limits::kChangedGain,
+       [&](auto& m) { m.process.gain *= 1.0 + Limits::kChangedGain; });
+  with(std::max(Limits::kTimeSpread, deviation(twin, "time_constant")) / Limits::kChangedTimes,
+       [&](auto& m) {
+         m.process.time_constant_s *= 1.0 + Limits::kChangedTimes;
+         m.process.second_time_constant_s *= 1.0 + Limits::kChangedTimes;
+       });
+  const double later_s = std::max({Limits::kChangedTimes * p.dead_time_s, Limits::kLeastLater_s,
+                                   Limits::kLeastLaterSamples * twin.sample_time_s});
   // The sampling itself hides a part of a period.
   const double dead_time_spread_s =
-      std::max(std::max(kDeadTimeSpread, deviation(twin, "dead_time")) * p.dead_time_s,
-               std::max(0.1, twin.sample_time_s));
+      std::max(std::max(Limits::kDeadTimeSpread, deviation(twin, "dead_time")) * p.dead_time_s,
+               std::max(Limits::kLeastDeadTimeSpread_s, twin.sample_time_s));
   with(dead_time_spread_s / later_s, [&](auto& m) { m.process.dead_time_s += later_s; });
-  with(0.1, [&](auto& m) { m.process.second_time_constant_s += kTimes * plant::answer_s(model); });
-  const double size = kValve * twin.controller.pid.output_span();
-  const double friction = kFriction * twin.controller.pid.output_span();
-  with(1.5 * friction / size, [&](auto& m) {
+  with(Limits::kLagSpread, [&](auto& m) {
+    m.process.second_time_constant_s += Limits::kChangedTimes * plant::answer_s(model);
+  });
+  const double size = Limits::kChangedValve * twin.controller.pid.output_span();
+  const double friction = Limits::kHealthyFriction * twin.controller.pid.output_span();
+  with(Limits::kFrictionSpread * friction / size, [&](auto& m) {
     m.valve_effects.push_back({"backlash", {{"deadband", size}}});
   });
-  with(1.5 * friction / size, [&](auto& m) {
+  with(Limits::kFrictionSpread * friction / size, [&](auto& m) {
     m.valve_effects.push_back({"stiction", {{"s", size}, {"j", 0.5 * size}}});
   });
   return out;
@@ -109,28 +100,30 @@ TwinWatch::TwinWatch(const plant::LoopModel& twin)
   };
   const double answer_s = std::max(plant::answer_s(twin), h);
   const double intensity = load_intensity(twin);
-  const double slowest = std::max(kalman(intensity), gain_within(kForgets_s, h));
-  const double fastest =
-      std::max({slowest, kalman(kMoreLoad * intensity), gain_within(answer_s / kFastest, h)});
+  const double slowest = std::max(kalman(intensity), gain_within(Limits::kForgets_s, h));
+  const double fastest = std::max({slowest, kalman(Limits::kMoreLoad * intensity),
+                                   gain_within(answer_s / Limits::kFastest, h)});
   const double moved = integrating_ ? twin.process.gain * answer_s : twin.process.gain;
   const double friction =
-      0.5 * kFriction * twin.controller.pid.output_span() * moved / std::sqrt(3.0);
+      0.5 * Limits::kHealthyFriction * twin.controller.pid.output_span() * moved / std::sqrt(3.0);
   for (std::size_t f = 0; f < kFilters; ++f) {
     Filter& filter = filters_[f];
     filter.gain = slowest * std::pow(fastest / slowest, static_cast<double>(f) / (kFilters - 1.0));
     const double memory_s = std::min(answer_s, h / filter.gain);
     filter.friction2 = friction * friction * (memory_s / answer_s) * (memory_s / h);
-    filter.variance = kMoreThanNoise * noise2_;
+    filter.variance = Limits::kMoreThanNoise * noise2_;
   }
-  keep_ = {std::exp(-h / (kShort * answer_s)), std::exp(-h / kLong_s)};
-  variance_gain_ = h / (kVarianceAnswers * answer_s);
+  keep_ = {std::exp(-h / (Limits::kShort * answer_s)), std::exp(-h / Limits::kLong_s)};
+  variance_gain_ = h / (Limits::kVarianceAnswers * answer_s);
   answer_ = std::max<std::size_t>(1, static_cast<std::size_t>(std::lround(answer_s / h)));
-  warm_up_ = static_cast<std::size_t>(std::lround(kWarmUp * answer_s / h)) + 50;
-  again_ = static_cast<std::size_t>(std::lround(kAgain * answer_s / h)) + 10;
+  warm_up_ = static_cast<std::size_t>(std::lround(Limits::kWarmUp * answer_s / h)) +
+             Limits::kWarmUpSamples;
+  again_ =
+      static_cast<std::size_t>(std::lround(Limits::kAgain * answer_s / h)) + Limits::kAgainSamples;
   block_ = std::max<std::size_t>(1, answer_ / 10);
-  most_quiet_ = static_cast<std::size_t>(kQuiet_s / h);
+  most_quiet_ = static_cast<std::size_t>(Limits::kQuiet_s / h);
   const plant::TwinFit fit = twin.twin.value_or(plant::TwinFit{});
-  limit_ = std::max(kAlarm, kSlack * fit.largest);
+  limit_ = std::max(Limits::kTwinAlarm, Limits::kSlack * fit.largest);
   pv_ = {fit.seen_low, fit.seen_high, fit.seen_high - fit.seen_low};
   co_ = {fit.co_low, fit.co_high, fit.co_high - fit.co_low};
 }
@@ -168,7 +161,7 @@ bool TwinWatch::add(double pv, double co) noexcept {
     residual_ = series[0] = pv - predicted_[0];
     for (std::size_t i = 1; i < kSeries; ++i) series[i] = predicted_[i] - predicted_[0];
     beyond_ = std::max(pv_.beyond(pv), co_.beyond(co));
-    inside_ = beyond_ <= kOutside;
+    inside_ = beyond_ <= Limits::kOutside;
     if (!inside_) since_start_ = 0;
     if (since_start_ == 0) {
       for (Filter& filter : filters_) {
@@ -207,12 +200,13 @@ void TwinWatch::follow(Filter& filter, const std::array<double, kSeries>& series
 
 void TwinWatch::count(Filter& filter, std::array<Sums, kScales>& sums) noexcept {
   const double n2 = filter.left[0] * filter.left[0];
-  filter.variance += variance_gain_ * (std::min(n2, kMostOfNoise * noise2_) - filter.variance);
-  filter.variance = std::max(filter.variance, kMoreThanNoise * noise2_);
-  const double most = kMostSigmas * std::sqrt(filter.variance);
+  filter.variance +=
+      variance_gain_ * (std::min(n2, Limits::kMostOfNoise * noise2_) - filter.variance);
+  filter.variance = std::max(filter.variance, Limits::kMoreThanNoise * noise2_);
+  const double most = Limits::kMostSigmas * std::sqrt(filter.variance);
   const double n = std::clamp(filter.left[0], -most, most);
   const double v = filter.variance + filter.friction2;
-  const double unsure = 1.0 + kUnsure * beyond_;
+  const double unsure = 1.0 + Limits::kUnsure * beyond_;
   for (std::size_t scale = 0; scale < kScales; ++scale) {
     Sums& sum = sums[scale];
     const double keep = keep_[scale];
@@ -232,12 +226,12 @@ void TwinWatch::count(Filter& filter, std::array<Sums, kScales>& sums) noexcept 
 // Returns whether PV moves to values that CO can't cause.
 bool TwinWatch::load_jumps() noexcept {
   const Filter& fast = filters_.back();
-  double most = kJumpSigmas * std::sqrt(fast.variance);
+  double most = Limits::kJumpSigmas * std::sqrt(fast.variance);
   double change = 0.0;
   for (std::size_t i = 1; i < kSeries; ++i) change = std::max(change, std::abs(fast.left[i]));
-  most += kMostChange * change;
+  most += Limits::kMostChange * change;
   jumped_ = std::abs(fast.left[0]) > most ? jumped_ + 1 : 0;
-  return jumped_ >= kJumpSamples;
+  return jumped_ >= Limits::kJumpSamples;
 }
 
 // Returns the variance of a sum of n s/v while the plant is within the twin's spread.
@@ -262,7 +256,7 @@ void TwinWatch::judge() noexcept {
         const double variance = variance_of(sums, i) + kLeastVariance;
         z = std::min(z, sums.up[i] * sums.up[i] / variance);
         for (std::size_t j = 0; j < kTwinChanges; ++j) {
-          const double size = kTested * sums.of(i, j);
+          const double size = Limits::kTested * sums.of(i, j);
           would[j] = std::min(would[j], size * size / variance);
         }
       }
@@ -291,7 +285,7 @@ TwinWatch::Sample TwinWatch::newest(TwinChange change) const noexcept {
   const Filter& filter = filters_[1];
   const double v = filter.variance + filter.friction2;
   const double s = filter.left[static_cast<std::size_t>(change) + 1];
-  const double most = kMostSigmas * std::sqrt(filter.variance);
+  const double most = Limits::kMostSigmas * std::sqrt(filter.variance);
   return {std::clamp(filter.left[0], -most, most) * s / v, s * s / v};
 }
 

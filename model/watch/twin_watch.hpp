@@ -1,49 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Detects whether the loop still behaves as commissioned. The twin runs in parallel. The result is
-// the likelihood of each of six changes, compared with no change. Stepped by the caller.
-//
-//   y(k)        PV of the twin under the measured CO, without noise and load
-//   y_i(k)      the same with the change i of kChanges
-//   n = r - d,  d <- d + K n
-//               of r = PV - y: innovation; K a steady Kalman gain of a random load
-//   s_i         the same of r = y_i - y: the part of n that the change would cause
-//   z_i = (sum w n s_i/v)^2 / (sum w^2 s_i^2/v + sum over j of c_j^2 (sum w f s_i s_j/v)^2)
-//
-// The weights w are forgotten in kShort answers of the loop and in kLong_s. z_i is twice the
-// logarithm of a likelihood ratio. It has a chi-square distribution with one degree of freedom
-// while the plant is within the twin's own spread c_j. The spread is the twin's covariance and the
-// tolerance of a healthy valve. v is the running mean of n^2, at least that of the noise, so more
-// noise or load is no change.
-//
-// A load must be no change either: it moves PV whether CO moves or not, but the controller answers
-// it. So z_i is computed for three K, and the smallest of the three counts. The slowest K is that
-// of the healthy record's load, the fastest follows PV within a tenth of the answer. The effect of
-// CO is in all of them, a step of the load only in the slow one. If PV jumps further than ten times
-// any change would take it, that is a load, and counting begins again.
-//
-// The watch is on when a z_i reaches the limit: kAlarm, or kSlack times the largest z of the
-// healthy record. It is off when all have been below a quarter of the limit for kQuiet_s.
-//
-// If PV or CO is outside of the healthy record by d of its range, the twin is extrapolated. Its
-// spread is then f = 1 + kUnsure d times that within the range. Beyond kOutside the loop is not
-// judged. Counting begins again when both have been back for kAgain answers. A change is tested
-// when kTested times the change would have reached the limit.
-//
-//   PV, y, d, n, s  PV units
-//   CO              CO units
-//   z, w            1
-//   c               parts of the change
-//
-// An integrating process has a slope in addition to d, because its balance is unknown:
-// b <- b + K^2/4 n.
+// Detects whether the loop still behaves as commissioned: the likelihood of each of six changes,
+// compared with no change. Stepped by the caller. Equations: docs/math/twin-watch.md.
 //
 // Errors: the constructor throws effects::EffectError for a twin that can't be stepped.
 // Limits: it can't name the change (the leading change is only the nearest of six), or see changes
 // of a loop whose CO doesn't move. load_watch.hpp evaluates the load.
-//
-// Sources: Basseville and Nikiforov, Detection of Abrupt Changes (1993), ch. 2, 7 (likelihood
-// ratios of innovations); Kalman, J. Basic Eng. 82 (1960) 35-45; Frank and Ding, J. Process Control
-// 7 (1997) 403-424 (thresholds that follow the model's uncertainty).
 #pragma once
 
 #include <array>
@@ -52,6 +13,7 @@
 #include <vector>
 
 #include "model/plant/plant.hpp"
+#include "model/watch/limits.hpp"
 
 namespace loopwarden::watch {
 
@@ -63,16 +25,6 @@ const char* to_text(TwinChange change) noexcept;
 
 class TwinWatch {
  public:
-  static constexpr double kAlarm = 25.0;
-  static constexpr double kSlack = 1.5;
-  static constexpr double kQuiet_s = 900.0;
-  static constexpr double kOutside = 0.25;
-  static constexpr double kUnsure = 16.0;
-  static constexpr double kAgain = 2.0;
-  static constexpr double kShort = 3.0;
-  static constexpr double kLong_s = 1200.0;
-  static constexpr double kTested = 2.0;
-
   explicit TwinWatch(const plant::LoopModel& twin);
 
   // Adds a cycle of the loop: PV as read (NaN if it is not good) and the CO that followed from it.
@@ -85,7 +37,7 @@ class TwinWatch {
 
   bool on() const noexcept { return on_; }
   // Returns whether the twin shows no sign of a change.
-  bool quiet() const noexcept { return largest_ < kQuietShare * limit_; }
+  bool quiet() const noexcept { return largest_ < Limits::kQuietShare * limit_; }
   double largest() const noexcept { return largest_; }  // z of the leading change
   double limit() const noexcept { return limit_; }
   TwinChange leading() const noexcept { return leading_; }
@@ -109,7 +61,6 @@ class TwinWatch {
   Sample newest(TwinChange change) const noexcept;
 
  private:
-  static constexpr double kQuietShare = 0.25;
   static constexpr std::size_t kFilters = 3;
   static constexpr std::size_t kScales = 2;
   static constexpr std::size_t kSeries = kTwinChanges + 1;  // r, then y_i - y

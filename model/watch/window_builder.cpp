@@ -5,19 +5,20 @@
 #include <cmath>
 #include <numeric>
 
+#include "model/watch/limits.hpp"
+
 namespace loopwarden::watch {
 namespace {
 
 constexpr auto kWindow = static_cast<std::ptrdiff_t>(alarm::kWindowSamples);
-constexpr double kMostOverlap = 0.95;
-constexpr std::size_t kMostDecimation = 10'000;
 
 }  // namespace
 
 WindowBuilder::WindowBuilder(const WindowSettings& settings) : settings_(settings) {
-  settings_.decimation = std::clamp<std::size_t>(settings.decimation, 1, kMostDecimation);
-  settings_.overlap =
-      std::isfinite(settings.overlap) ? std::clamp(settings.overlap, 0.0, kMostOverlap) : 0.0;
+  settings_.decimation = std::clamp<std::size_t>(settings.decimation, 1, Limits::kMostDecimation);
+  settings_.overlap = std::isfinite(settings.overlap)
+                          ? std::clamp(settings.overlap, 0.0, Limits::kMostOverlap)
+                          : 0.0;
   const auto kept = static_cast<std::ptrdiff_t>(
       std::lround(settings_.overlap * static_cast<double>(alarm::kWindowSamples)));
   advance_ = kWindow - kept;
@@ -63,7 +64,7 @@ WindowBuilder::Progress WindowBuilder::add(const Cycle& cycle) noexcept {
   if (broken_) {
     state_ = alarm::WindowState::filling;
   } else if (missing > 0) {
-    if (missing > kLongestBridge * settings_.decimation || !bridge(cycle, missing)) {
+    if (missing > Limits::kLongestBridge * settings_.decimation || !bridge(cycle, missing)) {
       start_over();
       state_ = alarm::WindowState::gap;
       event = Progress::broken;
@@ -85,7 +86,7 @@ std::size_t WindowBuilder::bridged_in_window() const noexcept {
 }
 
 bool WindowBuilder::bridge(const Cycle& cycle, std::uint64_t missing) noexcept {
-  const std::size_t most = kMostBridged * settings_.decimation;
+  const std::size_t most = Limits::kMostBridged * settings_.decimation;
   if (bridged_in_window() + missing > most) return false;
   const Cycle from = last_;
   for (std::uint64_t i = 1; i <= missing; ++i) {
@@ -137,16 +138,16 @@ alarm::Window WindowBuilder::window() const noexcept {
   const auto column = [&](const std::vector<double>& values) {
     return std::span<const double>(values).first(count_);
   };
-  return {.sp = column(columns_.sp),
-          .pv = column(columns_.pv),
-          .co = column(columns_.co),
-          .stem = column(columns_.stem),
-          .sample_time_s = settings_.sample_time_s * static_cast<double>(settings_.decimation),
-          .pv_low = settings_.pv_low,
-          .pv_high = settings_.pv_high,
-          .co_low = settings_.co_low,
-          .co_high = settings_.co_high,
-          .bridged_cycles = bridged_in_window()};
+  return {{.period_s = settings_.sample_time_s * static_cast<double>(settings_.decimation),
+           .pv = column(columns_.pv),
+           .sp = column(columns_.sp),
+           .co = column(columns_.co),
+           .stem = column(columns_.stem),
+           .pv_low = settings_.pv_low,
+           .pv_high = settings_.pv_high,
+           .co_low = settings_.co_low,
+           .co_high = settings_.co_high},
+          bridged_in_window()};
 }
 
 double WindowBuilder::filled() const noexcept {

@@ -26,8 +26,6 @@
 namespace loopwarden::watch {
 
 // In samples, that is cycles times decimation: 0.4 s of 96 s, and 1 % of a window.
-inline constexpr std::size_t kLongestBridge = 4;
-inline constexpr std::size_t kMostBridged = 9;
 
 // One cycle of a loop, as input of the monitor.
 struct Cycle {
@@ -89,10 +87,7 @@ class WindowBuilder {
   std::ptrdiff_t advance_;  // samples from one window to the next
   // Rings of a window's length with the oldest sample at first_. They are sorted when a window is
   // full.
-  struct Columns {
-    std::vector<double> sp, pv, co, stem;
-  };
-  Columns columns_;
+  numeric::LoopRecord columns_;
   std::vector<std::uint16_t> bridged_;  // interpolated cycles of each sample
   Cycle last_;                          // the newest collected one
   std::size_t first_ = 0;

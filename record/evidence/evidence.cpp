@@ -8,16 +8,15 @@ namespace loopwarden::evidence {
 
 using alarm::AlarmReason;
 
-void Evidence::take(const watch::LoopMonitor& monitor, std::vector<double> minutes_sp,
-                    std::vector<double> minutes_pv, std::vector<double> minutes_co) {
+void Evidence::take(const watch::LoopMonitor& monitor, numeric::LoopRecord minutes) {
   const watch::WindowSettings& settings = monitor.settings();
   pv_low = settings.pv_low;
   pv_high = settings.pv_high;
   co_low = settings.co_low;
   co_high = settings.co_high;
-  sp = std::move(minutes_sp);
-  pv = std::move(minutes_pv);
-  co = std::move(minutes_co);
+  sp = std::move(minutes.sp);
+  pv = std::move(minutes.pv);
+  co = std::move(minutes.co);
   stem.assign(pv.size(), std::numeric_limits<double>::quiet_NaN());
   sample_time_s = settings.sample_time_s;
   routine.reset();
@@ -32,7 +31,7 @@ void Evidence::take(const watch::LoopMonitor& monitor, const watch::MonitorStep&
     sp.assign(samples.sp.begin(), samples.sp.end());
     pv.assign(samples.pv.begin(), samples.pv.end());
     co.assign(samples.co.begin(), samples.co.end());
-    sample_time_s = samples.sample_time_s;
+    sample_time_s = samples.period_s;
   };
   const watch::WindowSettings& settings = monitor.settings();
   pv_low = settings.pv_low;

@@ -62,21 +62,20 @@ struct Evidence {
   void take(const watch::LoopMonitor& monitor, const watch::MonitorStep& step,
             alarm::AlarmReason reason);
   // Takes the result of the twin for the newest minutes.
-  void take(const watch::LoopMonitor& monitor, std::vector<double> minutes_sp,
-            std::vector<double> minutes_pv, std::vector<double> minutes_co);
+  void take(const watch::LoopMonitor& monitor, numeric::LoopRecord minutes);
   bool by_specialists() const noexcept { return !routine && !by_twin; }
   // Returns a view that is valid while this object exists.
   alarm::Window window() const {
-    return {.sp = sp,
-            .pv = pv,
-            .co = co,
-            .stem = stem,
-            .sample_time_s = sample_time_s,
-            .pv_low = pv_low,
-            .pv_high = pv_high,
-            .co_low = co_low,
-            .co_high = co_high,
-            .bridged_cycles = measures.bridged_cycles};
+    return {{.period_s = sample_time_s,
+             .pv = pv,
+             .sp = sp,
+             .co = co,
+             .stem = stem,
+             .pv_low = pv_low,
+             .pv_high = pv_high,
+             .co_low = co_low,
+             .co_high = co_high},
+            measures.bridged_cycles};
   }
 };
 

@@ -262,11 +262,6 @@ double rms_between(const std::vector<double>& a, const std::vector<double>& b) {
   return n == 0 ? 0.0 : std::sqrt(sum / static_cast<double>(n));
 }
 
-std::size_t missing_in(const std::vector<double>& column) {
-  return static_cast<std::size_t>(
-      std::count_if(column.begin(), column.end(), [](double v) { return !known(v); }));
-}
-
 bool all_share_time(const Signals& signals) {
   const auto& time = signals[index_of(Role::pv)].time_s;
   return std::all_of(signals.begin(), signals.end(),
@@ -322,16 +317,12 @@ void finish(Record& r) {
   clean(r.co);
   clean(r.stem);
   clean(r.automatic);
-  r.missing_pv = missing_in(r.pv);
-  r.missing_sp = missing_in(r.sp);
-  r.missing_co = missing_in(r.co);
-  r.missing_stem = missing_in(r.stem);
 }
 
 void count_missing(const Record& r, ImportNotes& notes) {
   notes.missing = 0;
   for (std::size_t k = 0; k < r.size(); ++k) {
-    if (!known(r.pv[k]) || (r.has_co && !known(r.co[k]))) ++notes.missing;
+    if (!known(r.pv[k]) || (!r.co.empty() && !known(r.co[k]))) ++notes.missing;
   }
 }
 
@@ -346,18 +337,11 @@ std::vector<double>* column_of(Record& r, Role role) {
   return nullptr;
 }
 
-void mark_columns(Record& r, const Signals& signals) {
-  r.has_sp = !signals[index_of(Role::sp)].empty();
-  r.has_co = !signals[index_of(Role::co)].empty();
-  r.has_stem = !signals[index_of(Role::stem)].empty();
-  r.has_mode = !signals[index_of(Role::mode)].empty();
-}
-
 // Fills cells without a value in a regular file, which an archive left out or which are missing.
 // `proved`: false if repeated values may have another reason; then no value is replaced.
 ArchivedSignal fill_sparse(Role role, std::vector<double>& column, const ImportOptions& options,
                            bool proved, std::string& how) {
-  const double share = static_cast<double>(missing_in(column)) /
+  const double share = static_cast<double>(numeric::missing(column)) /
                        static_cast<double>(std::max<std::size_t>(1, column.size()));
   const std::size_t looked = std::min(column.size(), kLookedAt);
   const ArchivedSignal found = analysis::recognise_filled(std::span(column).first(looked));
@@ -400,7 +384,7 @@ bool bends_at_steps(const std::vector<double>& pv, const std::vector<double>& co
   constexpr std::size_t kNear = 5;         // samples
   constexpr double kMostSteps = 0.6;       // of the steps; by chance it is a quarter
   const std::vector<std::size_t> steps = steps_in(co);
-  if (missing_in(pv) > 0 || steps.empty() || 2 * steps.size() > co.size()) return false;
+  if (numeric::missing(pv) > 0 || steps.empty() || 2 * steps.size() > co.size()) return false;
   const std::vector<std::size_t> bends = analysis::run_ends(pv);
   for (std::size_t lag = 0; lag <= kLongestLag; ++lag) {
     const auto at_bends = std::count_if(steps.begin(), steps.end(), [&](std::size_t step) {
@@ -423,16 +407,16 @@ void recognise_archive(Imported& imported, const ImportOptions& options) {
   std::vector<bool> without = without_value(record.pv);
   notes.pv = fill_sparse(Role::pv, record.pv, options, true, how);
   if (!how.empty() && is_guess(notes.pv.kind, options)) imported.pv_drawn = std::move(without);
-  if (how.empty() && record.has_co && notes.pv.kind == ArchiveKind::swinging_door &&
+  if (how.empty() && !record.co.empty() && notes.pv.kind == ArchiveKind::swinging_door &&
       bends_at_steps(record.pv, record.co))
     notes.pv = {};
   // An operator may make steps of CO of any size; an archive holds PV as well.
   const bool archived = notes.pv.kind != ArchiveKind::none;
-  if (record.has_co) notes.co = fill_sparse(Role::co, record.co, options, archived, how);
+  if (!record.co.empty()) notes.co = fill_sparse(Role::co, record.co, options, archived, how);
   // The loop itself can cause such a pattern in a single signal. With a sticking valve and without
   // noise, CO is a straight line, and so is the PV of a tank. An archive holds both signals. A
   // constant signal is no evidence.
-  if (how.empty() && record.has_co) {
+  if (how.empty() && !record.co.empty()) {
     const auto samples = static_cast<double>(record.size());
     const bool still = static_cast<double>(steps_in(record.co).size()) < 0.5 * samples;
     // An operator may make a few steps of one size.
@@ -446,8 +430,8 @@ void recognise_archive(Imported& imported, const ImportOptions& options) {
   // If PV was thinned, a CO of few straight lines was thinned as well. The original values can't be
   // recovered.
   constexpr double kFew = 0.05;
-  if (notes.pv.kind != ArchiveKind::none && notes.co.kind == ArchiveKind::none && record.has_co &&
-      notes.co.stored_share < kFew) {
+  if (notes.pv.kind != ArchiveKind::none && notes.co.kind == ArchiveKind::none &&
+      !record.co.empty() && notes.co.stored_share < kFew) {
     notes.co.kind = ArchiveKind::unknown;
   }
   const auto hold = [](std::vector<double>& column) {
@@ -458,8 +442,9 @@ void recognise_archive(Imported& imported, const ImportOptions& options) {
     }
   };
   // Set points and modes are stored only when they change.
-  if (record.has_sp && 2 * missing_in(record.sp) > record.size()) hold(record.sp);
-  if (record.has_mode && 2 * missing_in(record.automatic) > record.size()) hold(record.automatic);
+  if (!record.sp.empty() && 2 * numeric::missing(record.sp) > record.size()) hold(record.sp);
+  if (!record.automatic.empty() && 2 * numeric::missing(record.automatic) > record.size())
+    hold(record.automatic);
   if (!how.empty()) notes.resampled = "empty cells filled: " + how;
   finish(record);
   count_missing(record, notes);
@@ -478,7 +463,6 @@ class Resampler {
 
   Imported run() {
     if (pv_.empty()) fail("no values of PV");
-    mark_columns(out_.record, signals_);
     for (const Signal& s : signals_) {
       notes_.bad += s.bad;
       notes_.questionable += s.questionable;

@@ -8,7 +8,6 @@
 #include <initializer_list>
 #include <map>
 #include <set>
-#include <unordered_map>
 #include <utility>
 
 #include "base/edit_distance.hpp"
@@ -537,12 +536,13 @@ std::string Importer::no_pv() const {
   constexpr std::size_t kMost = 6;
   std::string names;
   for (std::size_t k = 0; k < std::min(kMost, other_names_.size()); ++k)
-    names += (k > 0 ? ", " : " among ") + base::in_quotes(other_names_[k]);
+    names += (k > 0 ? ", " : " in ") + base::in_quotes(other_names_[k]);
   const std::string hint = pairs_hint();
-  return "no column or tag that is a PV by its name" + names + "; " +
-         (hint.empty() ? "name them with --map pv=NAME,co=NAME,sp=NAME, for a whole folder with "
-                         "--rules RULES.yaml"
-                       : hint);
+  return "no PV column found" + names + ". " +
+         (hint.empty()
+              ? "Name the columns with --map pv=NAME,co=NAME,sp=NAME, for a whole folder with "
+                "--rules RULES.yaml"
+              : hint);
 }
 
 // Finds pairs by ISA-5.1: the same letter of the measured variable and the same number.
@@ -567,11 +567,11 @@ std::string Importer::pairs_hint() const {
   if (pairs.empty()) return {};
   const auto& [pv, co] = pairs.front();
   std::string text =
-      fmt::format("{} and {} look like PV and CO of a loop: --map pv={},co={}", pv, co, pv, co);
+      fmt::format("If {} is PV and {} is CO, add: --map pv={},co={}", pv, co, pv, co);
   if (pairs.size() > 1) {
     text += fmt::format(
-        "; so do {} more pairs: name all of them with --rules and a pattern, or with --format and "
-        "a list of loops",
+        ". There are {} more pairs. Name all of them with --rules and a pattern, or with --format "
+        "and a list of loops",
         pairs.size() - 1);
   }
   return text;

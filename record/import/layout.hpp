@@ -6,7 +6,6 @@
 //   pairs  two columns per signal, with its times:   Time,FIC101.PV,Time,FIC101.OP,...
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <optional>
 #include <string>

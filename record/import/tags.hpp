@@ -65,7 +65,7 @@ struct LoopSignals {
   // Properties set by the site's rules (tag_rules.hpp).
   std::array<std::string, kRoles> ruled_by{};  // FILE:LINE of the rule
   std::array<std::optional<SignalRange>, kRoles> ranges{};
-  std::string kind{};  // argument of diagnosis::loop_kind(); empty: from the tag
+  std::string kind{};  // argument of diagnosis::loop_type(); empty: from the tag
   std::shared_ptr<const ModeWords> mode_words{};
 
   bool has(Role role) const noexcept { return !names[index_of(role)].empty(); }

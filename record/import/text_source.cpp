@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
-#include <cstring>
 #include <utility>
 
 #include "base/text.hpp"
@@ -24,8 +23,8 @@ std::string other_format(std::string_view head) {
   if (head.starts_with("PK\x03\x04")) {
     if (has("application/vnd.oasis"))
       return "is a spreadsheet of OpenDocument, which is not read: save it as .xlsx or CSV";
-    return "is an archive or a workbook, which is read only as a separate file, not from another "
-           "archive or standard input: unpack the outer one";
+    return "is an archive or a workbook inside an archive or from standard input. Extract it to a "
+           "separate file first";
   }
   if (head.starts_with("\x1F\x8B")) return "is packed twice, which is not read: unpack it";
   if (head.starts_with("\xD0\xCF\x11\xE0"))

@@ -3,7 +3,6 @@
 
 #include <fmt/format.h>
 
-#include <array>
 #include <cmath>
 #include <string_view>
 
@@ -90,7 +89,7 @@ void read_node_metric(const Metric& metric, Command& command) {
   } else if (metric.name == "acknowledge_all") {
     command.acknowledge_all = command.acknowledge_all || is_true(metric.value);
   } else {
-    command.refused.push_back(fmt::format("{} is no order", metric.name));
+    command.refused.push_back(fmt::format("{} is not a command", metric.name));
   }
 }
 
@@ -101,7 +100,8 @@ void read_device_metric(const Metric& metric, Command& command) {
   } else if (std::optional<Order> order = alarm_order(metric)) {
     command.orders.push_back(std::move(*order));
   } else {
-    command.refused.push_back(fmt::format("{} is no order, or has no value for one", metric.name));
+    command.refused.push_back(
+        fmt::format("{} is not a command, or lacks a valid value", metric.name));
   }
 }
 

@@ -13,7 +13,6 @@
 // | request/evidence | an alarm's name or an evidence folder's | its files |
 #pragma once
 
-#include <optional>
 #include <string>
 #include <utility>
 #include <variant>

@@ -2,7 +2,6 @@
 #include "services/edge/daemon_view.hpp"
 
 #include <fmt/format.h>
-#include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <cmath>
@@ -106,7 +105,7 @@ bool DaemonView::look() {
   } catch (const std::out_of_range& e) {
     described_ = false;
     throw DaemonError(DaemonError::Kind::not_known,
-                      fmt::format("the daemon answers in another way than expected: {}", e.what()));
+                      fmt::format("unexpected answer of the daemon: {}", e.what()));
   }
 }
 

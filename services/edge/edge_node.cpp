@@ -324,7 +324,7 @@ void EdgeNode::device_command(const std::string& name, const Payload& payload) {
   Device* device = find(name);
   if (device == nullptr) {
     log_.warn("command", "unknown device",
-              fmt::format("DCMD for {}, which is no device of this box", name));
+              fmt::format("DCMD for {}, which is not a device of this box", name));
     return;
   }
   const auto loop = static_cast<std::size_t>(device - devices_.data());
@@ -348,7 +348,8 @@ void EdgeNode::want_evidence(std::size_t loop, const std::string& wanted) {
   const std::string what = "request/evidence " + config::quotable(wanted) + ": ";
   try {
     const auto folder = view_.evidence(loop, wanted);
-    const std::string why = folder ? files_.add(device, wanted, *folder) : "refused: there is none";
+    const std::string why =
+        folder ? files_.add(device, wanted, *folder) : "refused: no such evidence";
     if (!why.empty()) orders_.refuse(device, what + why);
   } catch (const protocol::DaemonError& e) {
     orders_.refuse(device, what + (e.refused() ? "refused: " : "not known: ") + e.what());

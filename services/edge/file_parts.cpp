@@ -55,7 +55,7 @@ std::string FileParts::add(const std::string& device, const std::string& request
     waiting_.push_back(std::move(file));
   }
   if (added.empty() && left_out.empty()) {
-    return "refused: no file is there, or the service may not read it";
+    return "refused: no file exists, or the service has no permission to read it";
   }
   if (left_out.empty()) return "";
   return (added.empty() ? "refused: " : "left out: ") + left_out.substr(0, left_out.size() - 2);

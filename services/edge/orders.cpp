@@ -18,15 +18,13 @@ constexpr std::chrono::seconds kLongestWait{60};
 constexpr std::size_t kMostOrders = 100;
 constexpr const char* kUser = "sparkplug";
 
-const char* done(bool on_disk) {
-  return on_disk ? "done" : "done, the journal does not have it yet";
-}
+const char* done(bool on_disk) { return on_disk ? "done" : "done, not yet in the journal"; }
 std::string outcome_of(const protocol::DaemonError& e) {
   using Kind = protocol::DaemonError::Kind;
   switch (e.kind()) {
     case Kind::refused: return fmt::format("refused: {}", e.what());
     case Kind::down:
-      return fmt::format("refused: no socket for orders (loopwardend.yaml: edge): {}", e.what());
+      return fmt::format("refused: no socket for commands (loopwardend.yaml: edge): {}", e.what());
     case Kind::not_known: break;
   }
   return fmt::format("not known: {}", e.what());
@@ -43,7 +41,7 @@ void Orders::give(const std::string& device, const std::string& tag, const Order
     done_.push_back({device, order.what + ": " + how});
   };
   if (!allowed_) return end("refused: edge.yaml has no orders: true");
-  if (waiting_.size() >= kMostOrders) return end("refused: too many orders wait");
+  if (waiting_.size() >= kMostOrders) return end("refused: too many commands wait");
   try {
     const auto give = [&](auto request) {
       request.loop = tag;

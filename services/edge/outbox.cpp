@@ -44,7 +44,7 @@ void Outbox::flush() {
       store_.append({for_disk_.begin(), for_disk_.begin() + some});
       for_disk_.erase(for_disk_.begin(), for_disk_.begin() + some);
     }
-    if (disk_refuses_) spdlog::info("the store takes reports again");
+    if (disk_refuses_) spdlog::info("store: accepts reports again");
     disk_refuses_ = false;
   } catch (const sqlite::Error& e) {
     if (!disk_refuses_) spdlog::error("store: {}; reports wait in memory", e.what());
@@ -65,7 +65,7 @@ void Outbox::tidy(Clock::time_point now) {
     store_.remove_up_to(arrived);
   } catch (const sqlite::Error& e) {
     // They are sent once more after the next loss; hosts recognise them by their time.
-    spdlog::warn("store: {}; what was sent stays there", e.what());
+    spdlog::warn("store: {}; sent reports stay in it", e.what());
   }
 }
 

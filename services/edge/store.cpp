@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "services/edge/store.hpp"
 
-#include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
 #include <chrono>
@@ -16,7 +15,8 @@ namespace {
 using sqlite::Statement;
 
 constexpr const char* kTables = R"(
-CREATE TABLE report(id INTEGER PRIMARY KEY AUTOINCREMENT, device TEXT NOT NULL, payload BLOB NOT NULL);
+CREATE TABLE report(id INTEGER PRIMARY KEY AUTOINCREMENT, device TEXT NOT NULL,
+                    payload BLOB NOT NULL);
 CREATE TABLE kept(name TEXT PRIMARY KEY, value INTEGER NOT NULL) WITHOUT ROWID;
 )";
 

@@ -12,9 +12,7 @@
 
 #include "config/file_keys.hpp"
 #include "config/log_level.hpp"
-#include "config/map_reader.hpp"
-#include "config/source_file.hpp"
-#include "config/yaml_document.hpp"
+#include "config/document.hpp"
 #include "services/net/broker/broker_reader.hpp"
 
 namespace loopwarden::feed {
@@ -170,29 +168,18 @@ FeedConfig read_feed(MapReader& in, const std::string& file, Values values) {
 
 config::Loaded<FeedConfig> read_feed_text(const std::string& file, std::string_view text,
                                           Values values) {
-  config::Report report(file);
-  FeedConfig config;
-  if (std::optional<config::YamlNode> root = config::parse_yaml(text, report)) {
-    MapReader in(*root, "", report);
-    config = read_feed(in, file, values);
-    config::report_unknown_keys(*root, report);
-  }
-  return config::loaded(std::move(config), report);
+  return config::load_text<FeedConfig>(file, text,
+                                       [&](MapReader& in) { return read_feed(in, file, values); });
 }
 
 config::Loaded<FeedConfig> read_feed_file(const std::filesystem::path& path, Values values) {
-  config::Report report(path.string());
-  const std::optional<std::string> text = config::read_source_file(path, report);
-  if (!text) return {std::nullopt, report.take()};
-  return read_feed_text(path.string(), *text, values);
+  return config::load_file(path, [&](const std::string& file, std::string_view text) {
+    return read_feed_text(file, text, values);
+  });
 }
 
 config::KeyReference describe_feed() {
-  config::KeyReference reference;
-  config::Report report("feed.yaml");
-  MapReader in(reference, "", report);
-  read_feed(in, "feed.yaml", Values::needed);
-  return reference;
+  return config::keys_of([](MapReader& in) { read_feed(in, "feed.yaml", Values::needed); });
 }
 
 }  // namespace loopwarden::feed

@@ -77,8 +77,8 @@ int run_command_line(int argc, char** argv) {
   cli.add_flag("--check", options.check, "validate the configuration and exit");
   CLI::Option* group = cli.add_option(
       "--browse", options.browse,
-      "print what the births of this Sparkplug group's edge nodes name, as CSV, and exit");
-  cli.add_option("--seconds", options.seconds, "that --browse listens, 60")
+      "print the names in the births of this Sparkplug group's edge nodes, as CSV, and exit");
+  cli.add_option("--seconds", options.seconds, "time to listen, s; default 60")
       ->needs(group)
       ->check(CLI::Range(1, 3600));
   cli.set_version_flag("--version,-V", LOOPWARDEN_VERSION);

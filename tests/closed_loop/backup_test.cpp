@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A host is backed up while it runs and restored, by the commands of docs/fleet.md (Backup and
-// restore).
+// A host is backed up while it runs and restored, by the commands of
+// docs/how-to/back-up-and-restore.md.
 #include <signal.h>
 
 #include <algorithm>

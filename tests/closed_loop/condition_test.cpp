@@ -48,8 +48,8 @@ analysis::ConditionIndices indices_of(const Trial& trial) {
     row.pv = s.pv;
     row.co = s.co;
     row.stem = trial.read_back ? s.stem : std::nan("");
-    row.mode = static_cast<std::uint8_t>(control::Mode::automatic);
-    row.pv_quality = static_cast<std::uint8_t>(hal::Quality::good);
+    row.mode = control::Mode::automatic;
+    row.pv_quality = hal::Quality::good;
     REQUIRE(cycles.try_push(row));
     if (k % 100 == 99) monitor.round();
   }

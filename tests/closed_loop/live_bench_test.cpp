@@ -264,7 +264,7 @@ TEST_CASE("PV beyond its limit, a signal and an operator each end a live test", 
     const int exit_code = command.wait_for_end();
     INFO(command.text());
     CHECK(exit_code == 75);
-    CHECK(command.text().find("somebody took the loop out of manual") != std::string::npos);
+    CHECK(command.text().find("another user changed the mode from manual") != std::string::npos);
     const json now = daemon.loop("FIC-101");
     CHECK(now.value("requested_mode", "") == "AUTO");
     CHECK(now.at("sp") == 6.5);
@@ -274,7 +274,7 @@ TEST_CASE("PV beyond its limit, a signal and an operator each end a live test", 
     Command command(daemon, valve_test("FIC-101", {"--low", "7", "--high", "9", "--pv-low", "0",
                                                    "--pv-high", "10", "--test", "step_change"}));
     CHECK(command.wait_for_end() == 75);
-    CHECK(command.text().find("outside of the limits") != std::string::npos);
+    CHECK(command.text().find("outside the given limits") != std::string::npos);
     CHECK(command.text().find("output back") == std::string::npos);
     CHECK(as_it_was(daemon, "FIC-101"));
   }

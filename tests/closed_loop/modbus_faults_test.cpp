@@ -366,7 +366,7 @@ TEST_CASE("fault, output unknown: the daemon doesn't write before the operator's
     CHECK(trend.co.size() > 20);
     CHECK(std::all_of(trend.co.begin(), trend.co.end(), [](double co) { return std::isnan(co); }));
     CHECK_THROWS_WITH(daemon.client().set({.loop = "FIC-101", .mode = "auto"}),
-                      Catch::Contains("not known"));
+                      Catch::Contains("output position unknown"));
   };
   daemon.start();
   waits_and_says_so();

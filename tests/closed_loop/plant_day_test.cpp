@@ -80,9 +80,8 @@ class Plant {
       row.pv = s.pv;
       row.co = s.co;
       row.stem = s.stem;
-      row.mode = static_cast<std::uint8_t>(loop_.controller().mode());
-      row.pv_quality =
-          static_cast<std::uint8_t>(sensor_good ? hal::Quality::good : hal::Quality::bad);
+      row.mode = loop_.controller().mode();
+      row.pv_quality = sensor_good ? hal::Quality::good : hal::Quality::bad;
       if (!cycles_.try_push(row)) FAIL("the monitor is behind");
       if (period_ % 200 == 0) look();
     }

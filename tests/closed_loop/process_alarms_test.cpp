@@ -63,7 +63,7 @@ TEST_CASE("an open enable contact is reported with the PV limit, but not with th
                  Catch::Contains("open the bypass") &&
                  Catch::Contains("box,service_failed,medium,,,,30,60,"));
   CHECK_THAT(loopwarden(daemon, "alarms explain FIC-101 pv_low").text,
-             Catch::Contains("what to do:       open the bypass"));
+             Catch::Contains("Action:       open the bypass"));
   CHECK_THAT(loopwarden(daemon, "alarms ack box certificate_expires").text,
              Catch::Contains("certificate_expires of box: acknowledged"));
   CHECK(test::eventually([&] {

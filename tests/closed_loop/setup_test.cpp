@@ -33,7 +33,9 @@ std::string loop_text() {
 
 // According to the file the device has a watchdog, but its register was never set.
 std::string without_watchdog(const std::string& text) {
-  return with(text, "{timeout: 2, register: {address: 10, type: u16, scale: 0.1}, value: 2}",
+  return with(text,
+              "{timeout: 2, register: {address: 10, type: u16, scale: 0.1},\n"
+              "                 value: 2}",
               "{timeout: 1, set_by: device}");
 }
 
@@ -265,10 +267,10 @@ TEST_CASE("a loop in commissioning is shown, a reload is refused, and manual end
   const std::string socket = " --socket " + plant.s.all.socket;
   setup::Session session(plant.s.all.socket, "FIC-101");
   CHECK_THAT(bash(LOOPWARDEN_CLI " top --once FIC-101" + socket).text,
-             Catch::Contains("being commissioned by uid") && Catch::Contains("since 20"));
+             Catch::Contains("in maintenance by uid") && Catch::Contains("since 20"));
   const ShellOutcome reload = bash(LOOPWARDEN_CLI " reload" + socket + " 2>&1");
   CHECK(reload.exit_code == 65);
-  CHECK_THAT(reload.text, Catch::Contains("FIC-101 is being commissioned by uid") &&
+  CHECK_THAT(reload.text, Catch::Contains("FIC-101 is in maintenance by uid") &&
                               Catch::Contains("nothing has changed"));
   CHECK(bash(LOOPWARDEN_CLI " set FIC-101 --mode man" + socket).exit_code == 0);
   CHECK_FALSE(plant.commissioned());
@@ -312,7 +314,7 @@ TEST_CASE("the valve doesn't move with a file that is not in force", "[setup]") 
     plant.daemon.write_config("loops.d/FIC-101.yaml", "loop: [");
   }
   const std::string told = file == "action"    ? "controller.action reverse in force, direct"
-                           : file == "comment" ? "another text"
+                           : file == "comment" ? "different text"
                            : file == "link"    ? "Restart the daemon"
                                                : "the daemon refuses its files";
   const auto refused = [&](setup::Step step) {

@@ -47,10 +47,10 @@ TEST_CASE("Gains of the ISA form are converted by the spans", "[config][controll
 }
 
 TEST_CASE("The two forms are never mixed, and each is complete", "[config][controller]") {
-  CHECK(
-      said_of("  kp: 1\n  ti: 8\n") ==
-      "m.yaml:4:7: error: controller.ti: is of the ISA form, but controller.kp (at 3:7) is of the "
-      "parallel form; keep to one\n");
+  CHECK(said_of("  kp: 1\n  ti: 8\n") ==
+        "m.yaml:4:7: error: controller.ti: belongs to the ISA form, but controller.kp (at 3:7) to "
+        "the "
+        "parallel form. Use one form\n");
   CHECK(said_of("  kc: 1\n  pb: 50\n  ti: 8\n") ==
         "m.yaml:4:7: error: controller.pb: conflicts with kc (at 3:7); give one of them\n");
   CHECK(said_of("  kc: 1\n  ti: 8\n  ti_min: 1\n") ==

@@ -85,9 +85,10 @@ std::vector<fs::path> example_files() {
   return files;
 }
 
-// The package creates the user; a build host need not have it.
+// The packages create the users; a build host need not have them.
 bool is_of_this_host(const Diagnostic& diagnostic) {
-  return diagnostic.message.starts_with("there is no user 'loopwarden-feed' on this host");
+  return diagnostic.message.starts_with("there is no user 'loopwarden-feed' on this host") ||
+         diagnostic.message.starts_with("there is no user 'loopwarden-opcua' on this host");
 }
 
 }  // namespace

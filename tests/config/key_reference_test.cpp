@@ -13,11 +13,11 @@ using namespace loopwarden::config;
 
 namespace {
 
-constexpr const char* kDocument = LOOPWARDEN_SOURCE_DIR "/docs/configuration.md";
+constexpr const char* kDocument = LOOPWARDEN_SOURCE_DIR "/docs/reference/configuration.md";
 
 }  // namespace
 
-TEST_CASE("docs/configuration.md has the text of the readers", "[config][reference]") {
+TEST_CASE("docs/reference/configuration.md has the text of the readers", "[config][reference]") {
   const std::string described = describe_configuration();
   if (std::getenv("LOOPWARDEN_REGENERATE") != nullptr) {
     std::ofstream(kDocument, std::ios::binary) << described;

@@ -25,10 +25,7 @@ inline void check(const Imported& imported) {
   require(record.size() >= 2, "two samples at least");
   require(std::isfinite(record.period_s) && record.period_s > 0.0, "a positive period");
   require(record.period_s == imported.notes.period_s, "the period that is said");
-  check_column(record, record.pv, true, record.missing_pv);
-  check_column(record, record.sp, record.has_sp, record.missing_sp);
-  check_column(record, record.co, record.has_co, record.missing_co);
-  check_column(record, record.stem, record.has_stem, record.missing_stem);
+  check_columns(record);
 }
 
 // Imports any bytes as a file with this extension.

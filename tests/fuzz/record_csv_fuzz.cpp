@@ -39,10 +39,7 @@ void check(const Record& record) {
   for (std::size_t i = 1; i < record.size(); ++i) {
     require(record.time_s[i] > record.time_s[i - 1], "rising time");
   }
-  check_column(record, record.pv, true, record.missing_pv);
-  check_column(record, record.sp, record.has_sp, record.missing_sp);
-  check_column(record, record.co, record.has_co, record.missing_co);
-  check_column(record, record.stem, record.has_stem, record.missing_stem);
+  check_columns(record);
 }
 
 const std::filesystem::path& scratch() {

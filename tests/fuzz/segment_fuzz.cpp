@@ -23,6 +23,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using namespace loopwarden::record;
+using loopwarden::numeric::missing;
 
 void require(bool holds, const char* what) {
   if (holds) return;
@@ -89,7 +90,7 @@ void check_export(const std::vector<char>& raw, const std::vector<char>& sound) 
   for (const ExportedRecord& exported : result.records) {
     const Record record = read_record(exported.path);
     require(record.size() == exported.rows, "as many rows as told");
-    require(record.missing_pv >= exported.filled_rows, "gaps stay gaps");
+    require(missing(record.pv) >= exported.filled_rows, "gaps stay gaps");
   }
 }
 

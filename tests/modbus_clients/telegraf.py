@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """Checks that the Telegraf snippet is TOML and keeps the rules of Telegraf's plugin (inputs.modbus,
-metric style), and that it has every register of the map once, with its loop as a tag.
+metric style). It must have every register of the map once, with its loop as a tag.
 Telegraf itself does not run, because neither Debian nor npm has it.
 Usage: telegraf.py SNIPPET MAP_AS_JSON WORD_ORDER"""
 import json

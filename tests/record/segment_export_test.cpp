@@ -15,6 +15,7 @@
 namespace segment_export_test {
 
 using namespace loopwarden::record;
+using loopwarden::numeric::missing;
 using loopwarden::tests::read_file;
 using loopwarden::tests::TemporaryFolder;
 using loopwarden::tests::write_file;
@@ -43,7 +44,7 @@ void add_segment(const fs::path& folder, std::uint64_t sequence, std::uint64_t r
     row.co = 40.0;
     row.stem = std::nan("");
     row.calculated = 0.1F;
-    row.mode = 2;
+    row.mode = loopwarden::control::Mode::fallback;
     bytes.resize(bytes.size() + kSegmentRowBytes);
     encode(row, i, header.crc, std::span(bytes).last(kSegmentRowBytes));
   }
@@ -69,8 +70,8 @@ TEST_CASE("segments of one run become one record") {
   CHECK(record.pv[4] == 2.0);
   CHECK(record.sp[0] == 5.0);
   CHECK(record.co[0] == 40.0);
-  CHECK(record.missing_pv == 1);
-  CHECK(record.missing_stem == 5);
+  CHECK(missing(record.pv) == 1);
+  CHECK(missing(record.stem) == 5);
   CHECK_THAT(read_file(result.records[0].path),
              Catch::StartsWith(
                  "time,pv,sp,co,stem,calculated,jacket,jacket_shadow,mode,"

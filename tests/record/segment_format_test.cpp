@@ -2,6 +2,7 @@
 #include "record/segment_format.hpp"
 
 #include <catch2/catch.hpp>
+#include <cstddef>
 #include <cstring>
 #include <limits>
 #include <string>
@@ -82,6 +83,21 @@ TEST_CASE("a row reads back only at its place in its segment") {
     damaged[i] = static_cast<char>(damaged[i] ^ 1);
     INFO(i);
     CHECK_FALSE(decode_row(damaged, 9, 0xABCD));
+  }
+}
+
+TEST_CASE("a row with an unknown mode, fault, quality, reason, form or limit is refused") {
+  const RecordRow row;
+  std::vector<char> bytes(kSegmentRowBytes);
+  for (const std::size_t place :
+       {offsetof(RecordRow, mode), offsetof(RecordRow, fault), offsetof(RecordRow, pv_quality),
+        offsetof(RecordRow, pv_reason), offsetof(RecordRow, jacket_form),
+        offsetof(RecordRow, requested_mode), offsetof(RecordRow, pv_limit)}) {
+    INFO(place);
+    RecordRow unknown = row;
+    std::memset(reinterpret_cast<char*>(&unknown) + place, 200, 1);
+    encode(unknown, 0, 0, bytes);
+    CHECK_FALSE(decode_row(bytes, 0, 0));
   }
 }
 

@@ -15,6 +15,7 @@
 
 namespace segment_property_test {
 
+using namespace loopwarden;
 using namespace loopwarden::record;
 using namespace loopwarden::tests::property;
 using loopwarden::tests::read_file;
@@ -30,7 +31,7 @@ RecordRow any_row(std::uint64_t number_of_row) {
   std::memcpy(&row.sp, words, sizeof words);
   row.time_ns = static_cast<std::int64_t>(number_of_row) * 100'000'000;
   row.period_index = number_of_row;
-  row.mode = static_cast<std::uint8_t>(bits());
+  row.mode = coin() ? control::Mode::automatic : control::Mode::fallback;
   row.age_ms = static_cast<float>(number(0.0, 1e6));
   return row;
 }

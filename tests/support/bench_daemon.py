@@ -56,7 +56,7 @@ def cpu_s(pid):
 
 
 def status_kib(pid, name):
-    """VmRSS, VmHWM and the like of a process; 0 where it has ended."""
+    """VmRSS, VmHWM and the like of a process; 0 if it has ended."""
     with open(f"/proc/{pid}/status") as file:
         for line in file:
             if line.startswith(name + ":"):
@@ -79,7 +79,7 @@ def ask(control_socket, request):
 
 
 class Daemon:
-    """Runs in a folder of its own; use with `with`."""
+    """Runs in a separate folder; use with `with`."""
 
     def __init__(self, program, daemon_yaml, loops, recording=False):
         self.program = program

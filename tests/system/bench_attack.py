@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What attacks on a daemon of one's own share: hostile clients in processes, a phase without them and one with, the verdict."""
+"""Common parts of the attacks on a separate daemon: hostile clients in processes, a phase without them and one with, the verdict."""
 import argparse
 import multiprocessing
 import random
@@ -32,8 +32,8 @@ def hostile_bytes(chance, seeds, longest):
 
 
 def crowd(act, open_peer, clients, seed, until):
-    """act(chance, number, peer, fresh, second) does what client `number` does now; `second` is given once a second, else None.
-    Who is shut out comes again."""
+    """act(chance, number, peer, fresh, second) is the next action of client `number`; `second` is passed once a second, otherwise None.
+    A client whose connection was closed connects again."""
     chance = random.Random(seed)
     peers = [open_peer() for _ in range(clients)]
     fresh = [True] * clients
@@ -59,7 +59,7 @@ def crowd(act, open_peer, clients, seed, until):
 
 
 class Questions:
-    """Of a client that asks again and again; one that was shut out connects again, which counts."""
+    """The requests of a client that asks repeatedly. A closed connection is opened again and counted."""
 
     def __init__(self):
         self.asked = self.answered = self.shut_out = 0
@@ -67,7 +67,7 @@ class Questions:
         self.peer = None
 
     def ask(self, connected, question, broken=OSError):
-        """connected() gives a peer; question(peer) tells whether the answer was right."""
+        """connected() returns a peer; question(peer) returns whether the answer was right."""
         self.asked += 1
         begin = time.monotonic()
         try:
@@ -126,8 +126,8 @@ def print_head(options, seconds, daemon):
 
 
 def end(daemon):
-    """Stops it; returns what is wrong with how it stood and how it ended."""
-    # A crowd may order where it is let: what it has set is its own, but no loop may have a fault.
+    """Stops it; returns the errors during its run and at its end."""
+    # Hostile clients may send commands on open ports and change settings, but no loop may have a fault.
     faults = [loop["name"] for loop in daemon.status()["loops"] if loop["fault"] != "none"]
     return crashed("the daemon", daemon.stop(), daemon.log()) + ([f"loops with a fault: {faults}"] if faults else [])
 

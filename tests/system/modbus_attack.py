@@ -1,11 +1,11 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""Attacks the Modbus server of a daemon of its own and tells whether anyone noticed.
+"""Attacks the Modbus server of a separate daemon and reports whether it had an effect.
 
-Two phases of the same length, without and with hostile clients: silent connections, connections closed for
-writing in the middle of a frame, one byte a second, and random and mutated frames as fast as they go. Meanwhile one client
-asks ten times a second for the test constant. Printed: late control cycles, that client's answers, what the
-server did with the others. Exit code 1 if the daemon crashed, left automatic, did not answer the client, or had more
+Two phases of the same length, without and with hostile clients: silent connections, half-closed connections in the
+middle of a frame, one byte a second, and fast random and mutated frames. Meanwhile one client
+requests the test constant ten times a second. Printed: late control cycles, that client's answers, the server's
+handling of the others. Exit code 1 if the daemon crashed, left automatic, did not answer the client, or had more
 overruns than --allow beyond the phase without.
 
 Example: tests/system/modbus_attack.py --minutes 10
@@ -88,7 +88,7 @@ def main():
         loud = phase(daemon, port, seconds, options.processes, options.clients)
         bench_attack.print_phases(quiet, loud)
         wrong = bench_attack.end(daemon) + bench_attack.noticed(options, quiet, loud)
-    print("\n".join(wrong) or "nobody noticed: no overrun more, the client was served, no crash")
+    print("\n".join(wrong) or "no effect: no additional overrun, the client was served, no crash")
     return 1 if wrong else 0
 
 

@@ -1,12 +1,12 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""Attacks the page of a daemon of its own and tells whether anyone noticed.
+"""Attacks the page of a separate daemon and reports whether it had an effect.
 
-Two phases of the same length, without and with hostile clients: silent connections, half a head, one byte a second, heads
-that are none, bodies of a gigabyte, listeners that do not read, and requests for a whole history as fast as they go.
-Meanwhile one client asks ten times a second for the session and the alarms, and another listens to the stream of events.
-Printed: the daemon's late cycles, the clients' answers, what the page did with the others. Exit code 1 if daemon or page
-crashed, the client was not answered, the stream stood still for longer than --silence, or there were more overruns than --allow
+Two phases of the same length, without and with hostile clients. These use silent connections, half a head, one byte a second,
+invalid heads and bodies of a gigabyte. Others are listeners that do not read, and fast requests for a whole history.
+Meanwhile one client requests the session and the alarms ten times a second, and another listens to the stream of events.
+Printed: the daemon's late cycles, the clients' answers, the page's handling of the others. Exit code 1: a crash of daemon or
+page, an unanswered client, a pause of the stream longer than --silence, or more overruns than --allow
 beyond the phase without.
 
 Example: tests/system/page_attack.py --minutes 10
@@ -161,8 +161,8 @@ def main():
             wrong = bench_attack.crashed("the page", page_code, file.read())
         wrong += bench_attack.end(daemon) + bench_attack.noticed(options, quiet, loud)
     if loud["silence ms"] > 1000 * options.silence:
-        wrong.append(f"the stream stood still for {loud['silence ms']:.0f} ms")
-    print("\n".join(wrong) or "nobody noticed: no overrun more, the clients were served, no crash")
+        wrong.append(f"the stream paused for {loud['silence ms']:.0f} ms")
+    print("\n".join(wrong) or "no effect: no additional overrun, the clients were served, no crash")
     return 1 if wrong else 0
 
 

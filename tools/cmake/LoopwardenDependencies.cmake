@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-# Everything comes from Debian packages (tools/debian-packages.txt); nothing is downloaded.
+# All dependencies are Debian packages (tools/debian-packages.txt); no file is downloaded.
 find_package(Threads REQUIRED)
 find_package(PkgConfig REQUIRED)
 find_package(Eigen3 3.4 REQUIRED NO_MODULE)

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-# One CMake target per source folder. A target sees the headers of its own folder and of the
-# targets it links, nothing else: a forbidden #include does not compile.
+# One CMake target per source folder. A target sees only the headers of its folder and of the
+# targets it links: a forbidden #include does not compile.
 
-# Flags of every target of this project. Contraction into fused multiply-add is off so that the same input gives the
-# same bits on x86-64 and arm64, where g++ would contract (model/README.md: how far that goes).
+# Flags of every target of this project. Contraction into fused multiply-add is off so that the same input produces the
+# same bits on x86-64 and arm64, where g++ would contract (limits: model/README.md).
 add_library(loopwarden_flags INTERFACE)
 target_compile_options(loopwarden_flags INTERFACE
   -Wall -Wextra -Wpedantic -Werror -Wconversion -Wsign-conversion -Wshadow -Wdouble-promotion
@@ -16,12 +16,12 @@ target_compile_options(loopwarden_flags INTERFACE
 if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND CMAKE_CXX_COMPILER_VERSION VERSION_LESS 13)
   target_compile_options(loopwarden_flags INTERFACE -Wno-restrict)
 endif()
-# What says the version links this. In a build of one source at a time all else is not compiled again when it changes.
+# Targets that print the version link this. In a build of single sources, only those are compiled again when it changes.
 add_library(loopwarden_version INTERFACE)
 target_compile_definitions(loopwarden_version INTERFACE LOOPWARDEN_VERSION="${PROJECT_VERSION}")
 
-# What steps no loops and answers no requests of many is compiled for a short build: programs that a person starts, and
-# services that wait most of their time. LOOPWARDEN_SHORT_BUILD: they not at all, and the rest so.
+# Parts that neither step loops nor answer many requests are compiled for a short build: programs that a user starts, and
+# services that wait most of their time. With LOOPWARDEN_SHORT_BUILD these are not optimised, and the others a little.
 function(loopwarden_optimise target)
   file(RELATIVE_PATH folder ${CMAKE_SOURCE_DIR} ${CMAKE_CURRENT_SOURCE_DIR})
   if(folder MATCHES "^(config|workbench|services|lab)")

@@ -147,7 +147,7 @@ int acknowledge_incident(DaemonClient& daemon, const Options& options) {
     show_answer(answer);
   } else {
     fmt::print("incident {} ({}): acknowledged{}\n", answer.incident.id, answer.incident.name,
-               answer.on_disk ? "" : "; the journal can't write: a restart may not remember it");
+               answer.on_disk ? "" : "; the journal cannot be written, so a restart may lose this");
   }
   return kExitOk;
 }
@@ -164,7 +164,7 @@ int run_action(const Options& options, const char* action) {
     show_answer(answer);
   } else {
     fmt::print("{} of {}: {}{}\n", options.alarm, options.loop, answer.alarm.state,
-               answer.on_disk ? "" : "; the journal can't write: a restart may not remember it");
+               answer.on_disk ? "" : "; the journal cannot be written, so a restart may lose this");
   }
   return kExitOk;
 }
@@ -207,7 +207,7 @@ void print_explanation(const protocol::Explanation& e) {
   if (e.final_name) {
     fmt::print("  first named {}, explained as {}\n", e.alarm, *e.final_name);
   } else if (!e.effect.empty() && !e.agrees) {
-    fmt::print("  this does not agree with the alarm, and is not sure enough to take its name\n");
+    fmt::print("  disagrees with the alarm, but is too uncertain to rename it\n");
   }
   if (std::isfinite(e.size_percent)) {
     fmt::print("  size {} of the CO span ({} to {})\n", size_text(e.size_percent),
@@ -220,7 +220,7 @@ void print_explanation(const protocol::Explanation& e) {
     fmt::print("  since {:.0f} min before the alarm, or earlier\n", e.since_s / 60.0);
   }
   if (!e.alternatives.empty()) fmt::print("  as right: {}\n", fmt::join(e.alternatives, ", "));
-  if (!e.remedy.empty()) fmt::print("  what to do: {}\n", e.remedy);
+  if (!e.remedy.empty()) fmt::print("  Action: {}\n", e.remedy);
   // An alarm without an explanation may have no report.
   fmt::print("  {}{}\n\n", e.folder, e.verdict == "not_explained" ? "" : "/report.html");
 }
@@ -232,7 +232,7 @@ bool is_valve_alarm(const std::string& name) {
 
 void print_guide(const protocol::Explained& answer) {
   fmt::print(
-      "\nwhat it is:       {}\nwhat it leads to: {}\nwhat to do:       {}\nwithin:           "
+      "\nCause:        {}\nConsequence:  {}\nAction:       {}\nRespond within: "
       "{}\n\n",
       answer.cause, answer.consequence, answer.action, answer.time_to_act);
 }
@@ -243,7 +243,8 @@ void print_process_alarm(const Options& options, const protocol::Explained& answ
   fmt::print("{} of {}: {}, raised {} UTC\n", options.alarm, options.loop, answer.alarm.state,
              utc_text(answer.alarm.raised_ms));
   print_guide(answer);
-  if (!answer.disk_answers) fmt::print("the disk does not answer: the history can't be read\n");
+  if (!answer.disk_answers)
+    fmt::print("The disk does not respond. The history is not available.\n");
 }
 
 // Prints how to reduce the loop's cycling until the valve is repaired.
@@ -252,10 +253,10 @@ void print_calm(DaemonClient& daemon, const Options& options, const protocol::Ex
   const bool sticks = answer.explanation && answer.explanation->effect == "stiction";
   if (state == "off" && sticks) {
     fmt::print(
-        "reduce cycling until it is repaired: monitor.corrective_action: {{form: planned_moves}} "
-        "in the loop's file\n\n");
+        "To reduce cycling until the repair, set monitor.corrective_action: {{form: "
+        "planned_moves}} in the loop's file.\n\n");
   } else if (state == "offered") {
-    fmt::print("reduce cycling until it is repaired: loopwarden alarms calm {} stiction\n\n",
+    fmt::print("To reduce cycling until the repair: loopwarden alarms calm {} stiction\n\n",
                options.loop);
   } else if (state != "off") {
     const protocol::LoopAnswer loop = protocol::ask(daemon, protocol::LoopRequest{options.loop});
@@ -298,12 +299,13 @@ void print_valve_alarm(DaemonClient& daemon, const Options& options,
   print_window(answer.monitor);
   if (answer.evidence) {
     fmt::print(
-        "evidence: {0}\nthe samples that raised it, judged once more: loopwarden replay {0}\n\n",
+        "evidence: {0}\nTo judge the samples that raised it again: loopwarden replay {0}\n\n",
         *answer.evidence);
   } else {
-    fmt::print("{}\n\n", answer.disk_answers
-                             ? "evidence: none on the disk"
-                             : "the disk does not answer: evidence and history can't be read");
+    fmt::print("{}\n\n",
+               answer.disk_answers
+                   ? "evidence: none on the disk"
+                   : "The disk does not respond. Evidence and history are not available.");
   }
 }
 
@@ -350,12 +352,12 @@ int run_journal(const Options& options) {
 
 void add_alarms(Program& program) {
   const auto made = program.command(
-      "alarms", "list, acknowledge, shelve and explain a running daemon's alarms", run_list);
+      "alarms", "List, acknowledge, shelve and explain a running daemon's alarms", run_list);
   Command command = made.command;
   Options& o = made.options;
   command.socket(o.socket);
   command.flag("--json", o.json, "print JSON");
-  command.flag("--all", o.all, "list those that are off, too");
+  command.flag("--all", o.all, "list inactive alarms, too");
   command.footer(
       // Prints one line, which the shell completion reads.
       fmt::format("Alarms: {}.\n", fmt::join(alarm_names(), ", ")) +
@@ -367,47 +369,47 @@ void add_alarms(Program& program) {
     Command verb = command.verb(name, meaning, [&o, wire, explains] {
       return explains ? run_explain_alarm(o) : run_action(o, wire);
     });
-    verb.required("loop", o.loop, "tag of the loop; box: the box itself");
+    verb.required("loop", o.loop, "tag of the loop; box: the edge box");
     const bool takes_incident = std::string(wire) == "acknowledge";
     verb.required("alarm", o.alarm,
-                  takes_incident
-                      ? "name of the alarm; incident: all that the loop's incident raised"
-                      : "name of the alarm",
+                  takes_incident ? "name of the alarm; incident: all alarms of the loop's incident"
+                                 : "name of the alarm",
                   checked([takes_incident](const std::string& word) {
                     return takes_incident && word == kIncident ? std::string() : no_alarm(word);
                   }));
     if (std::string(wire) == "shelve")
-      verb.setting("--minutes", o.minutes, "time on the shelf", between(1, 1440));
-    if (!explains) verb.option("--reason", o.reason, "why, for the journal");
+      verb.setting("--minutes", o.minutes, "duration of the shelving, min", between(1, 1440));
+    if (!explains) verb.option("--reason", o.reason, "reason, for the journal");
   };
-  action("ack", "acknowledge", "acknowledge an alarm");
-  action("reset", "reset", "reset an alarm that is latched");
-  action("shelve", "shelve", "put an alarm aside for a limited time");
-  action("unshelve", "unshelve", "take an alarm off the shelf");
-  action("calm", "calm", "begin the planned moves that a stiction alarm offers, in shadow first");
-  action("explain", "explain", "print an alarm's meaning, its measurements and its history");
+  action("ack", "acknowledge", "Acknowledge an alarm");
+  action("reset", "reset", "Reset an alarm that is latched");
+  action("shelve", "shelve", "Shelve an alarm for a limited time");
+  action("unshelve", "unshelve", "Unshelve an alarm");
+  action("calm", "calm",
+         "Start the planned moves that a stiction alarm offers, first in shadow mode");
+  action("explain", "explain", "Print an alarm's meaning, its measurements and its history");
 
-  Command list = command.verb("list", "list the alarms, or the design of each",
+  Command list = command.verb("list", "List the alarms, or the design of each",
                               [&o] { return o.rationalised ? run_rationalised(o) : run_list(o); });
   list.flag("--rationalised", o.rationalised,
             "CSV for the plant's own alarm book: limits, delays, cause, consequence, action");
-  Command figures = command.verb("figures", "print alarm figures: rate, floods, chattering, stale",
+  Command figures = command.verb("figures", "Print alarm figures: rate, floods, chattering, stale",
                                  [&o] { return run_figures(o); });
   figures.setting("--hours", o.hours, "to now", between(1, 720));
 
   for (const bool veto : {true, false}) {
     Command verb = command.verb(
         veto ? "veto" : "allow",
-        veto ? "stop a loop's corrective action: jacket back to shadow, planned moves off"
-             : "lift the veto of a loop's corrective action",
+        veto ? "Stop a loop's corrective action: jacket in shadow mode, planned moves off"
+             : "Lift the veto of a loop's corrective action",
         [&o, veto] { return run_veto(o, veto); });
     verb.required("loop", o.loop, "tag of the loop");
-    verb.option("--reason", o.reason, "why, for the journal");
+    verb.option("--reason", o.reason, "reason, for the journal");
   }
 
-  Command journal = command.verb("journal", "print the newest lines of the journal",
+  Command journal = command.verb("journal", "Print the newest lines of the journal",
                                  [&o] { return run_journal(o); });
-  journal.option("loop", o.loop, "tag of a loop; every loop without it");
+  journal.option("loop", o.loop, "tag of a loop; default: every loop");
   journal.setting("--lines", o.lines, "how many", between(1, 200));
 }
 

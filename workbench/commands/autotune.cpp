@@ -105,15 +105,17 @@ int run_autotune(const AutotuneOptions& options) {
 
 void add_autotune(Program& program) {
   auto [command, o] = program.command(
-      "autotune", "find controller settings by a relay experiment, simulated or live",
+      "autotune", "Find controller settings by a relay experiment, simulated or live",
       run_autotune);
   add_bench_options(command, o.bench);
-  command.option("--amplitude", o.amplitude, "CO units, of the relay; 5 % of the range",
-                 above_zero());
-  command.option("--hysteresis", o.hysteresis, "PV units; four times PV's noise", not_below_zero());
+  command.option("--amplitude", o.amplitude,
+                 "amplitude of the relay, CO units; default: 5 % of the range", above_zero());
+  command.option("--hysteresis", o.hysteresis,
+                 "hysteresis of the relay, PV units; default: four times the noise of PV",
+                 not_below_zero());
   command.setting("--time-limit", o.time_limit_s, "s of the loop's time", above_zero());
   command.option("--action", o.action,
-                 "of the controller; refused if the loop or model has the other one",
+                 "action of the controller; refused if the loop or model has the other one",
                  one_of({"reverse", "direct"}));
   command.flag("--json", o.json, "print the result as JSON");
   command.footer(

@@ -239,17 +239,18 @@ int run_batch(const BatchCommand& options) {
 void add_batch(Program& program) {
   auto [command, o] = program.command(
       "batch",
-      "run many loopwarden command lines, each once, in shares if one machine is not enough",
+      "Run many loopwarden command lines, each once, in shares if one machine is not enough",
       run_batch);
-  command.required("jobs", o.jobs_file,
-                   "a command line a row, with or without 'loopwarden'; # begins a comment");
+  command.required(
+      "jobs", o.jobs_file,
+      "file with one command line per row, with or without 'loopwarden'; # begins a comment");
   command.option("--out", o.out,
                  "folder for exit codes and outputs; default JOBS.results; an earlier run in it is "
                  "continued");
-  command.option("--shard", o.shard, "k/N: of N shares the k-th, by row");
-  command.setting("--jobs", o.jobs, "commands at a time; most use all cores by themselves",
+  command.option("--shard", o.shard, "k/N: the k-th of N shares of the rows");
+  command.setting("--jobs", o.jobs, "commands at the same time; most commands use all cores",
                   between(1, 1024));
-  command.flag("--retry", o.retry, "those that failed once more");
+  command.flag("--retry", o.retry, "run only the commands that failed");
   command.flag("--json", o.json, "print all rows with their exit codes");
   command.footer(
       "Exit code 65 if a command failed.\nExample: loopwarden batch jobs.txt --shard 1/4");

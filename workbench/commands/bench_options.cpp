@@ -30,16 +30,16 @@ std::unique_ptr<TestBench> bench_of(const BenchOptions& options) {
 void add_bench_options(Command& command, BenchOptions& options) {
   command.required("target", options.target, "loop model, YAML; with --live the tag of a loop");
   command.socket(options.socket);
-  const Option low = command.option("--low", options.low, "CO units, least output of the test");
+  const Option low = command.option("--low", options.low, "lowest output of the test, CO units");
   const Option high =
-      command.option("--high", options.high, "CO units, largest output of the test");
+      command.option("--high", options.high, "highest output of the test, CO units");
   const Option pv_low =
       command.option("--pv-low", options.pv_low, "PV units, below it the test ends");
   const Option pv_high =
       command.option("--pv-high", options.pv_high, "PV units, above it the test ends");
   command
       .flag("--live", options.live,
-            "on a loop of the running daemon: takes it to manual and puts it back afterwards")
+            "test a loop of the running daemon: it is put in manual and restored afterwards")
       .needs(low)
       .needs(high)
       .needs(pv_low)

@@ -38,10 +38,11 @@ std::string tuning_text(const control::PidGains& gains, double pv_span, double c
 
 std::string loop_text(const config::LoopConfig& loop) {
   if (config::is_watched(loop.io)) {
-    return fmt::format("loop {}, {:g} s, controlled elsewhere", loop.name, loop.sample_time_s);
+    return fmt::format("loop {}, sample time {:g} s, controlled elsewhere", loop.name,
+                       loop.sample_time_s);
   }
   const control::PidSettings& pid = loop.controller.pid;
-  return fmt::format("loop {}, {:g} s, {}", loop.name, loop.sample_time_s,
+  return fmt::format("loop {}, sample time {:g} s, {}", loop.name, loop.sample_time_s,
                      tuning_text(pid.gains, loop.pv.high - loop.pv.low, pid.output_span()));
 }
 
@@ -122,7 +123,7 @@ int run_check(const CheckOptions& options) {
 
 void add_check(Program& program) {
   auto [command, o] = program.command(
-      "check", "validate configuration folders, loop files, models and specialists", run_check);
+      "check", "Validate configuration folders, loop files, models and specialists", run_check);
   command.required("files", o.files, "files or folders");
   command.flag("--json", o.json, "print the diagnostics as JSON");
   command.footer("Example: loopwarden check /etc/loopwardend examples/models/plant1.yaml");

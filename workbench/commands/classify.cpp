@@ -67,10 +67,7 @@ std::vector<JudgedWindow> by_team(const specialist::Team& team, const record::Re
                                   const ClassifyOptions& options) {
   specialist::TeamJudge judge(team);
   return walk(record, options, [&](std::size_t k) {
-    const auto part = [k](const std::vector<double>& column) {
-      return std::span(column).subspan(k, kWindowSamples);
-    };
-    const specialist::WindowVerdict v = judge.judge({part(record.pv), part(record.co)});
+    const specialist::WindowVerdict v = judge.judge(record.view().part(k, k + kWindowSamples));
     JudgedWindow row;
     row.verdict = to_text(v.verdict);
     row.probability = v.probability;
@@ -146,14 +143,15 @@ void print_text(const std::vector<JudgedWindow>& rows, bool explaining) {
 int run_classify(const ClassifyOptions& options) {
   const auto specialists = usable(config::read_specialists(options.specialists));
   const record::Record record = options.input.read(options.record).record;
-  const bool explaining = options.form == "auto" ? specialists.team.has_value() && record.has_co
-                                                 : options.form == "explaining";
+  const bool explaining = options.form == "auto"
+                              ? specialists.team.has_value() && !record.co.empty()
+                              : options.form == "explaining";
   if (explaining ? !specialists.team : specialists.signatures.empty()) {
     fail(kExitData, "{}: no specialists of the {} form{}", options.specialists,
          explaining ? "explaining" : "signature",
-         record.has_co ? "" : ", and the record has no column 'co' for the explaining one");
+         !record.co.empty() ? "" : ", and the record has no column 'co' for the explaining one");
   }
-  if (explaining && !record.has_co) {
+  if (explaining && record.co.empty()) {
     fail(kExitData, "{}: no column 'co': the explaining form needs it", options.record);
   }
   if (record.size() < kWindowSamples) {
@@ -178,7 +176,7 @@ int run_classify(const ClassifyOptions& options) {
 
 void add_classify(Program& program) {
   auto [command, o] = program.command(
-      "classify", "print the specialists' verdict on every window of a record", run_classify);
+      "classify", "Print the specialists' verdict on every window of a record", run_classify);
   command.required("record", o.record, "record, CSV: time, pv, and co for the explaining form");
   command.required("--specialists", o.specialists, "folder with manifest.yaml");
   command.setting("--form", o.form, "auto: explaining if folder and record allow it",

@@ -55,20 +55,14 @@ struct CommissionOptions {
   bool json = false;
 };
 
-twin::HealthyRecord healthy_record(const std::string& path, const RecordInput& input) {
-  const record::Record file = input.read(path).record;
-  return {.columns = {file.period_s, file.pv, file.sp, file.co, file.stem},
-          .automatic = file.automatic};
-}
-
 const char* advice(twin::Outcome outcome) {
   switch (outcome) {
     case twin::Outcome::commissioned: return "";
     case twin::Outcome::not_enough_movement:
       return "The twin was not written; record the loop again while the set point moves.";
     case twin::Outcome::not_healthy:
-      return "A fault is never learned as normal: repair the valve, then record it again, or raise "
-             "--healthy-limit if this is how it has to be.";
+      return "A fault is never learned as normal. Repair the valve and record the loop again. If "
+             "this friction is acceptable, raise --healthy-limit.";
     case twin::Outcome::not_explained:
       return "report.html shows the remaining error; `loopwarden gap` over shorter stretches "
              "(--from, "
@@ -84,7 +78,7 @@ void print_result(const twin::Commissioning& c, const CommissionDetectability& s
   fmt::print("{}: {}\n", twin::to_text(c.outcome), c.why);
   for (const std::string& note : c.notes) fmt::print("  {}\n", note);
   if (!c.stages.empty()) {
-    fmt::print("\n{:<36}{:>12}{:>12}\n", "rmse of PV, PV units", "fitted", "held back");
+    fmt::print("\n{:<36}{:>12}{:>12}\n", "rmse of PV, PV units", "fitted", "held out");
     for (const twin::Stage& stage : c.stages) {
       fmt::print("{:<36}{:>12.4g}{:>12.4g}\n", stage.name, stage.rmse, stage.holdout_rmse);
     }
@@ -92,23 +86,26 @@ void print_result(const twin::Commissioning& c, const CommissionDetectability& s
   if (c.gap && std::isfinite(c.gap->floor.rmse())) {
     fmt::print("{:<36}{:>24.4g}\n", "noise floor", c.gap->floor.rmse());
   }
-  if (!seen_here.twin.empty()) fmt::print("\nWhat the twin sees on this loop\n");
+  if (!seen_here.twin.empty()) fmt::print("\nDetection limits of the twin\n");
   for (const twin::TwinSeen& seen : seen_here.twin) {
     fmt::print("  {:<16} {}\n", to_text(seen.change), seen_text(seen));
   }
   if (detectability) {
     fmt::print(
-        "\nWhat can be seen on this loop, in 95 % of the windows with a move of SP as recorded\n");
+        "\nDetection limits of the specialists (95 % of the windows with a set-point move as "
+        "recorded)\n");
     for (const twin::Seen& seen : detectability->seen) {
       fmt::print("  {:<16} {}\n", specialist::to_text(seen.condition), seen_text(seen));
     }
-    fmt::print("False alarms: {} in {:.0f} simulated healthy hours, at most {:.0f} a year (95 %)\n",
-               detectability->false_alarms, detectability->simulated_years * 8766.0,
-               detectability->false_alarms_per_year);
+    fmt::print(
+        "False alarms: {} in {:.0f} simulated healthy hours (95 % upper bound: {:.0f} per year)\n",
+        detectability->false_alarms, detectability->simulated_years * 8766.0,
+        detectability->false_alarms_per_year);
   }
   const fs::path folder = fs::absolute(out).lexically_normal();
   if (c.outcome == twin::Outcome::commissioned) {
-    if (!detectability) fmt::print("\nNo specialists: they know no integrating process.\n");
+    if (!detectability)
+      fmt::print("\nNo specialists: they are not available for an integrating process.\n");
     fmt::print("\nFor the loop's file:\nmonitor:\n");
     if (detectability) fmt::print("  specialists: {}\n", (folder / "specialists").string());
     fmt::print("  twin: {}\n", (folder / "twin.yaml").string());
@@ -116,7 +113,7 @@ void print_result(const twin::Commissioning& c, const CommissionDetectability& s
   } else {
     fmt::print("{}\n", advice(c.outcome));
     if (fs::exists(folder / "twin.yaml")) {
-      fmt::print("{}: of an earlier run, left as it was\n", (folder / "twin.yaml").string());
+      fmt::print("{}: unchanged, from an earlier run\n", (folder / "twin.yaml").string());
     }
   }
   fmt::print("{0}/commission.json, {0}/report.html\n", out);
@@ -257,10 +254,10 @@ int run_commission(const CommissionOptions& given) {
   const ParallelFor parallel = on_threads(jobs);
   try {
     for (const std::string& path : options.records) {
-      request.records.push_back(healthy_record(path, options.input));
-      say_if_long(path, request.records.back().columns.size());
+      request.records.push_back(options.input.read(path).record);
+      say_if_long(path, request.records.back().size());
     }
-    const std::string refused = why_no_twin_of(loop, request.records.front().columns.period_s);
+    const std::string refused = why_no_twin_of(loop, request.records.front().period_s);
     if (!refused.empty()) fmt::print(stderr, "{}\n", refused);
     std::optional<Progress> progress(std::in_place, "twin", 100);
     const twin::Commissioning made =
@@ -308,7 +305,7 @@ int run_commission(const CommissionOptions& given) {
     nlohmann::json answer = commission_json(made, detectability);
     if (before) answer["changes"] = changes_json(changes);
     files.add(out / "report.html",
-              commission_page(made, detectability, request.records.front().columns, seconds));
+              commission_page(made, detectability, request.records.front(), seconds));
     files.add(out / "commission.json", answer.dump(2) + "\n");
     files.commit();
     config::remove_weights(out / "specialists", old_weights);
@@ -331,7 +328,7 @@ int run_commission(const CommissionOptions& given) {
 void add_commission(Program& program) {
   auto [command, o] = program.command(
       "commission",
-      "make a loop's twin and specialists from a healthy record, with their detection limits",
+      "Make a loop's twin and specialists from a healthy record, with their detection limits",
       run_commission);
   command.option("records", o.records,
                  "records of the healthy loop, CSV: time, sp, pv, co, and if known "
@@ -356,17 +353,17 @@ void add_commission(Program& program) {
               "daemon's loop of --loop, or assumed from the record")
       .takes(2);
   command.option("--co-range", o.co_range, "the same for CO").takes(2);
-  command.setting(
-      "--healthy-limit", o.healthy_limit_percent,
-      "friction or play of a healthy valve, % of the CO span; above it the verdict is not_healthy",
-      between(0.0, 20.0));
+  command.setting("--healthy-limit", o.healthy_limit_percent,
+                  "friction or backlash of a healthy valve, % of the CO span; above it the verdict "
+                  "is not_healthy",
+                  between(0.0, 20.0));
   command.flag("--accept-short", o.accept_short,
-               "take less than 20 minutes too, and with --model a record without CO");
-  command.setting("--plant", o.plant, "prefix of the specialists' names");
-  command.setting("--seed", o.seed, "of all random numbers");
+               "accept less than 20 minutes and, with --model, a record without CO");
+  command.setting("--plant", o.plant, "prefix of the names of the specialists");
+  command.setting("--seed", o.seed, "seed of all random numbers");
   command.setting("--windows", o.windows, "simulated windows that the specialists learn from",
                   between(700, 1000000));
-  command.setting("--jobs", o.jobs, "threads; 0: one a core. The result does not depend on it");
+  command.setting("--jobs", o.jobs, "threads; 0: one per core. The result does not depend on it");
   command.flag("--json", o.json, "print commission.json");
   o.input.add_options(command);
   command.footer(

@@ -7,7 +7,7 @@ namespace loopwarden::workbench {
 
 void add_compare(Program& program) {
   auto [command, o] =
-      program.command("compare", "compare the valve compensators on a model", run_comparison);
+      program.command("compare", "Compare the valve compensators on a model", run_comparison);
   add_comparison_options(command, o);
   command.footer("Example: loopwarden compare examples/models/plant1.yaml --out compare");
 }

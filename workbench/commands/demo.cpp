@@ -72,8 +72,8 @@ std::vector<Phase> phases() {
        .worth_a_look = true},
       {.name = "sticking", .story = "Limit cycle: CO a saw-tooth, PV square.", .lasts_s = 500.0},
       {.name = "",
-       .story = "The twin explains the alarm, and planned moves run in shadow until their "
-                "benefit is known.",
+       .story = "The twin explains the alarm. Planned moves run in shadow mode to measure their "
+                "benefit.",
        .lasts_s = 3600.0,
        .until_calm = true},
       {.name = "planned moves",
@@ -118,7 +118,7 @@ class Demo {
       left_automatic_ = !in_automatic();
       if (left_automatic_) return false;
       if (phase.until_calm && !acts_) {
-        say("The alarm was not explained in time: other work has this computer.");
+        say("The alarm was not explained in time, because this computer is busy.");
         break;
       }
       if (*phase.name != '\0') measured_.push_back(measure(phase, began_s));
@@ -187,8 +187,9 @@ class Demo {
     fmt::print("\n{}\n", coloured("Messages to the operator", Colour::bold));
     for (const std::string& line : alarms_) fmt::print("{}\n", line);
     if (alarms_.empty()) {
-      fmt::print("no alarms; {} cycles were late on this computer, and a window bears few\n",
-                 status().daemon.skipped_ticks);
+      fmt::print(
+          "No alarms. {} cycles were late on this computer, and a window allows only a few.\n",
+          status().daemon.skipped_ticks);
     }
     const protocol::LoopAnswer loop = protocol::ask(daemon_, protocol::LoopRequest{loop_});
     if (!loop.status.incident || active_.empty()) return;
@@ -199,14 +200,14 @@ class Demo {
         active_.count(incident.name) != 0 ? incident.name : *active_.begin();
     const protocol::Explained explained =
         protocol::ask(daemon_, protocol::ExplainRequest{.loop = loop_, .alarm = telling});
-    fmt::print("{} is still there, compensated or not: {}.\n{}.\n", telling, explained.cause,
-               explained.action);
+    fmt::print("The valve still has {}, although the loop is compensated: {}.\n{}.\n", telling,
+               explained.cause, explained.action);
     if (loop.explanation) {
       fmt::print("Explanation by the twin: {}\nThe picture: {}/report.html\n",
                  loop.explanation->sentence, loop.explanation->folder);
     }
     if (explained.evidence) {
-      fmt::print("The window that raised it, judged once more: loopwarden replay {}\n",
+      fmt::print("To judge the window that raised it again: loopwarden replay {}\n",
                  *explained.evidence);
     }
   }
@@ -358,8 +359,8 @@ int run_demo(const DemoOptions& options) {
   if (complete) demo.wait_for_explanations();
   if (demo.left_automatic()) {
     fmt::print(stderr,
-               "The loop left automatic: this computer is too busy for the demonstration's pace. "
-               "Try again when it is not.\n");
+               "The loop left automatic, because this computer is too busy for the demonstration. "
+               "Try again when it is idle.\n");
   }
   if (!complete) return kExitTryAgain;
   if (options.json) {
@@ -374,7 +375,7 @@ int run_demo(const DemoOptions& options) {
 }  // namespace
 
 void add_demo(Program& program) {
-  auto [command, o] = program.command("demo", "run the demonstration of ./demo", run_demo);
+  auto [command, o] = program.command("demo", "Run the demonstration of ./demo", run_demo);
   command.socket(o.socket);
   command.setting("--loop", o.loop, "tag of the demonstrated loop");
   const Option page =

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
@@ -28,7 +27,7 @@
 namespace loopwarden::workbench {
 namespace {
 
-using diagnosis::LoopKind;
+using diagnosis::LoopType;
 
 struct DiagnoseOptions {
   RecordInput input;
@@ -51,23 +50,18 @@ std::vector<Stretch> judged_stretches(const record::Record& r) {
   const std::size_t count = stretches.size();
   if (count <= kMostWindows) return stretches;
   const std::size_t length = stretches.front().size;
-  const auto known = [](bool has, const std::vector<double>& column) {
-    return has ? std::span<const double>(column) : std::span<const double>();
-  };
   stretches.clear();
-  for (const std::size_t from : analysis::telling_stretches({.pv = r.pv,
-                                .co = r.co,
-                                .sp = known(r.has_sp, r.sp),
-                                .automatic = known(r.has_mode, r.automatic)},
-                                                            length, kMostWindows)) {
+  for (const std::size_t from : analysis::telling_stretches(r.view(), length, kMostWindows)) {
     stretches.push_back({from, length});
   }
-  fmt::print(stderr, "{} windows of {:.6g} s: of each {} the one in which most moves is judged\n",
-             count, static_cast<double>(length) * r.period_s, count / kMostWindows);
+  fmt::print(
+      stderr,
+      "{} windows of {:.6g} s: in each group of {}, the window with the most movement is judged\n",
+      count, static_cast<double>(length) * r.period_s, count / kMostWindows);
   return stretches;
 }
 
-void diagnose_record(const std::string& path, record::Imported& imported, LoopKind kind,
+void diagnose_record(const std::string& path, record::Imported& imported, LoopType kind,
                      DiagnosedLoop& loop) {
   record::Record& r = imported.record;
   const std::size_t by_hand = leave_out_manual(r);
@@ -90,9 +84,9 @@ void diagnose_record(const std::string& path, record::Imported& imported, LoopKi
   loop.imports.push_back(std::move(imported.notes));
 }
 
-LoopKind kind_of(const DiagnoseOptions& options, const record::Imported& imported) {
-  return options.kind.empty() ? diagnosis::kind_from_tag(imported.notes.tag)
-                              : *diagnosis::loop_kind(options.kind);
+LoopType loop_type_of(const DiagnoseOptions& options, const record::Imported& imported) {
+  return options.kind.empty() ? diagnosis::loop_type_from_tag(imported.notes.tag)
+                              : *diagnosis::loop_type(options.kind);
 }
 
 // Reads the other loops in the neighbours' exports and judges their valves.
@@ -109,7 +103,7 @@ std::vector<TimedLoop> read_neighbours(const DiagnoseOptions& options, const std
     record::Imported imported = importer.read_one(k);
     TimedLoop timed = timed_loop(imported.record, imported.notes, kSamplesCompared);
     DiagnosedLoop judged{.windows = {}, .verdict = {}, .co_range = likely_co_range(imported)};
-    diagnose_record(found.tag, imported, kind_of(options, imported), judged);
+    diagnose_record(found.tag, imported, loop_type_of(options, imported), judged);
     judge_together(judged);
     timed.tag = found.tag;
     timed.valve_effect = judged.verdict.verdict == diagnosis::DiagnosisVerdict::valve_effect;
@@ -169,7 +163,7 @@ void diagnose_recorded(const DiagnoseOptions& options, DiagnosedLoop& loop) {
     record::Imported imported = RecordInput().read(scratch.stage(one.path));
     imported.notes.tag = tag;
     diagnose_record(std::filesystem::path(one.path).filename(), imported,
-                    kind_of(options, imported), loop);
+                    loop_type_of(options, imported), loop);
   }
 }
 
@@ -186,7 +180,7 @@ int run_diagnose(const DiagnoseOptions& options) {
   }
   for (const std::string& path : options.records) {
     record::Imported imported = options.input.read(path);
-    if (!imported.record.has_co) {
+    if (imported.record.co.empty()) {
       fail(kExitData,
            "{}: no column 'co', which a judgement of the valve needs; signatures of PV "
            "alone are judged by 'loopwarden classify --specialists DIR'",
@@ -194,7 +188,7 @@ int run_diagnose(const DiagnoseOptions& options) {
     }
     if (!options.neighbours.empty())
       compared.push_back(timed_loop(imported.record, imported.notes, kSamplesCompared));
-    diagnose_record(path, imported, kind_of(options, imported), loop);
+    diagnose_record(path, imported, loop_type_of(options, imported), loop);
   }
   judge_together(loop);
   if (!options.neighbours.empty()) name_pushing(options, std::move(compared), loop);
@@ -215,7 +209,7 @@ int run_diagnose(const DiagnoseOptions& options) {
 
 void add_diagnose(Program& program) {
   auto [command, o] = program.command(
-      "diagnose", "find a valve effect or another cause from records, without a model",
+      "diagnose", "Find a valve effect or another cause from records, without a model",
       run_diagnose);
   command.option(
       "record", o.records,

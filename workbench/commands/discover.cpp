@@ -119,14 +119,15 @@ class LoopFiles {
     const fs::path path =
         made.is_complete() ? complete : fs::path(complete.string() + ".incomplete");
     if (!tags_.insert(base::lower_case(tag)).second) {
-      leave(entry,
-            fmt::format("{}: another loop has this tag; a rule with `loop` separates them", tag));
+      leave(
+          entry,
+          fmt::format("{}: another loop has this tag. Separate them with a rule with `loop`", tag));
     } else if (tag.empty() || tag.size() > kLongestTag) {
-      leave(entry, fmt::format("{}: no tag of 1 to {} letters; a rule with `loop` gives one",
+      leave(entry, fmt::format("{}: has no tag of 1 to {} letters. Set one with a rule with `loop`",
                                base::in_quotes(loop.signal(record::Role::pv)->name), kLongestTag));
     } else if (is_there(complete) || is_there(path)) {
       const fs::path there = is_there(complete) ? complete : path;
-      leave(entry, there.string() + ": is there and stays as it is");
+      leave(entry, there.string() + ": exists; not changed");
     } else {
       write(path, made, entry);
     }
@@ -191,8 +192,10 @@ void print_rest(const discover::FoundLoops& found) {
   std::string names;
   for (std::size_t k = 0; k < shown; ++k)
     names += (k > 0 ? ", " : "") + base::in_quotes(found.other_names[k]);
-  fmt::print(stderr, "tags of no loop, {}: {}{}; --rules assigns such names\n",
-             found.other_names.size(), names, found.other_names.size() > shown ? ", ..." : "");
+  fmt::print(stderr, "{} {} to no loop: {}{}. Assign {} with --rules\n", found.other_names.size(),
+             found.other_names.size() == 1 ? "tag belongs" : "tags belong", names,
+             found.other_names.size() > shown ? ", ..." : "",
+             found.other_names.size() == 1 ? "it" : "them");
 }
 
 int run_discover(const DiscoverCommand& given) {
@@ -204,7 +207,7 @@ int run_discover(const DiscoverCommand& given) {
   const bool sparkplug = !options.sparkplug.empty();
   if (options.feeder.empty()) options.feeder = sparkplug ? "mqtt" : "opcua";
   if (!options.nodes.empty() && is_there(options.nodes))
-    fail(kExitData, "{}: is there and stays as it is; give --nodes another name", options.nodes);
+    fail(kExitData, "{}: exists; not changed. Use another name for --nodes", options.nodes);
   const std::vector<record::TagRule> rules = rules_in(options.rules);
   OutputFiles files({options.tags, options.rules});
   fs::path list = options.tags;
@@ -246,7 +249,7 @@ int run_discover(const DiscoverCommand& given) {
 
 void add_discover(Program& program) {
   auto [command, o] = program.command(
-      "discover", "write files of loops that another controller runs, from the plant's tags",
+      "discover", "Write files of loops that another controller runs, from the plant's tags",
       run_discover);
   const Option tags =
       command.option("--tags", o.tags,
@@ -265,9 +268,10 @@ void add_discover(Program& program) {
           .excludes(opcua);
   command.setting("--feed-config", o.feed_config, "of loopwarden-feed: the broker, ask_rebirth")
       .needs(sparkplug);
-  command.setting("--seconds", o.seconds, "time to wait for births", between(1, 3600))
+  command.setting("--seconds", o.seconds, "time to wait for birth messages, s", between(1, 3600))
       .needs(sparkplug);
-  command.option("--rules", o.rules, "rules for the site's names, YAML: docs/import.md");
+  command.option("--rules", o.rules,
+                 "rules for the site's names, YAML: docs/reference/import-formats.md");
   command.option("--feeder", o.feeder,
                  "feeder of the values, by its name in loopwardend.yaml: opcua, or mqtt with "
                  "--sparkplug");

@@ -87,7 +87,7 @@ void print_text() {
                  row.unit, row.fallback == "required" ? row.fallback : "default " + row.fallback,
                  row.meaning);
     }
-    fmt::print("  {}\n  what to do: {}\n", entry.seen, entry.remedy);
+    fmt::print("  {}\n  Action: {}\n", entry.seen, entry.remedy);
     for (const effects::LookAlike& other : entry.look_alikes) {
       fmt::print("  - {}: {}\n", other.name, other.tell);
     }
@@ -154,7 +154,8 @@ int run_effects(const EffectsOptions& options) {
 std::string effects_markdown() {
   std::string text =
       "# Effects\n\n"
-      "<!-- Generated: `loopwarden effects --out docs` renews it and its pictures. -->\n\n"
+      "<!-- Generated: `loopwarden effects --out docs/reference` renews it and its pictures. "
+      "-->\n\n"
       "Effects that a loop may have and its model lacks. `loopwarden gap` finds them, model files "
       "and\n"
       "simulations take them, and `loopwarden effects` prints this list (`--json` for "
@@ -164,17 +165,18 @@ std::string effects_markdown() {
       "the\neffect (blue) and without it (orange, dashed), stepping through the same set points. "
       "The\nresidual is what is left of PV when a model without the effect is driven by the CO of "
       "the\nloop with it: what a record shows of the effect.\n\n"
-      "| effect | block | |\n|---|---|---|\n";
+      "The register `explanation_effect` holds the number of an effect.\n\n"
+      "| number | effect | block | |\n|---|---|---|---|\n";
   for (const effects::Descriptor& entry : effects::vocabulary()) {
-    text +=
-        fmt::format("| [`{0}`](#{0}) | {1} | {2} |\n", entry.name, blocks_of(entry), entry.meaning);
+    text += fmt::format("| {0} | [`{1}`](#{1}) | {2} | {3} |\n", entry.number, entry.name,
+                        blocks_of(entry), entry.meaning);
   }
   for (const effects::Descriptor& entry : effects::vocabulary()) {
     std::string meaning = entry.meaning;
     meaning.front() = static_cast<char>(std::toupper(static_cast<unsigned char>(meaning.front())));
     text += fmt::format("\n## {}\n\n{}. Block: {}.", entry.name, meaning, blocks_of(entry));
     if (*entry.header != '\0') {
-      text += fmt::format(" Equation and source: [`{0}`](../model/effects/{0}).", entry.header);
+      text += fmt::format(" Equation and source: [`{0}`](../../model/effects/{0}).", entry.header);
     }
     text += "\n\n| parameter | value | default | meaning |\n|---|---|---|---|\n";
     for (const ParameterRow& row : rows_of(entry)) {
@@ -185,7 +187,7 @@ std::string effects_markdown() {
       text +=
           fmt::format("\n![{}]({}/{}.svg)\n", example_text(example), kPictureFolder, example.file);
     }
-    text += fmt::format("\n{}\n\nWhat to do: {}\n", entry.seen, entry.remedy);
+    text += fmt::format("\n{}\n\nAction: {}\n", entry.seen, entry.remedy);
     if (entry.look_alikes.empty()) continue;
     text += "\nLook-alikes:\n\n";
     for (const effects::LookAlike& other : entry.look_alikes) {
@@ -199,11 +201,11 @@ std::string effects_markdown() {
 
 void add_effects(Program& program) {
   auto [command, o] = program.command(
-      "effects", "print the catalogue of effects: parameters, signatures, look-alikes",
+      "effects", "Print the catalogue of effects: parameters, signatures, look-alikes",
       run_effects);
   command.option("--out", o.out, "folder for effects.md and a picture of each effect's signature");
   command.flag("--json", o.json, "print the catalogue as JSON");
-  command.footer("Example: loopwarden effects --out docs");
+  command.footer("Example: loopwarden effects --out docs/reference");
 }
 
 }  // namespace loopwarden::workbench

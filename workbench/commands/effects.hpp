@@ -5,8 +5,8 @@
 
 namespace loopwarden::workbench {
 
-// Returns docs/effects.md: the catalogue, the signs of each effect, and links to its pictures in
-// pictures/effects/.
+// Returns docs/reference/effects.md: the catalogue, the signs of each effect, and links to its
+// pictures in pictures/effects/.
 std::string effects_markdown();
 
 }  // namespace loopwarden::workbench

@@ -65,7 +65,7 @@ Raised read_raised(const fs::path& folder) {
 void print_result(const json& e, const std::string& folder) {
   fmt::print("{}\n", e.at("sentence").get<std::string>());
   if (const json& first = e.at("first"); !first.is_null()) {
-    fmt::print("what to do: {}\n", first.at("remedy").get<std::string>());
+    fmt::print("Action: {}\n", first.at("remedy").get<std::string>());
   }
   if (!e.at("final_name").is_null()) {
     fmt::print("{} is {}\n", e.at("alarm").get<std::string>(),
@@ -93,7 +93,7 @@ int run_explain(const ExplainOptions& options) {
     const Raised raised = read_raised(folder);
     const fs::path record_file = fs::exists(minutes) ? minutes : folder / "record.csv";
     const record::Record record = record::read_record(record_file);
-    if (!record.has_co) {
+    if (record.co.empty()) {
       fail(kExitData, "{}: no column 'co'", record_file.string());
     }
     // minutes.csv counts its time from the alarm. A plain record ends with the alarm.
@@ -102,10 +102,9 @@ int run_explain(const ExplainOptions& options) {
     const bool from_alarm = record_file == minutes && at != record.time_s.end();
     const std::size_t alarm =
         from_alarm ? static_cast<std::size_t>(at - record.time_s.begin()) : record.size() - 1;
-    const twin::Explanation explanation =
-        twin::explain({record.period_s, record.pv, record.sp, record.co}, twin, alarm,
-                      {.enough_s = twin::kMostSeen_s, .judge_controller = raised.elsewhere},
-                      on_threads(threads(options.jobs)));
+    const twin::Explanation explanation = twin::explain(
+        record, twin, alarm, {.enough_s = twin::kMostSeen_s, .judge_controller = raised.elsewhere},
+        on_threads(threads(options.jobs)));
     const std::optional<AlarmKind> name = twin::final_name(explanation, raised.alarm);
     const double first_s = record.time_s.front() - record.time_s[alarm];
     json out = explanation_json(explanation, name.value_or(raised.alarm), first_s, record.period_s);
@@ -153,9 +152,9 @@ int run_explain(const ExplainOptions& options) {
 
 void add_explain(Program& program) {
   auto [command, o] = program.command(
-      "explain", "explain an alarm: compare its newest minutes with the loop's twin", run_explain);
+      "explain", "Explain an alarm: compare its newest minutes with the loop's twin", run_explain);
   command.required("evidence", o.folder, "folder of the alarm's evidence", existing_folder());
-  command.setting("--jobs", o.jobs, "threads; 0: one a core");
+  command.setting("--jobs", o.jobs, "threads; 0: one per core");
   add_background(command, o.background);
   command.flag("--json", o.json, "print the explanation as JSON");
   command.footer(

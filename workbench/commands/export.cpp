@@ -76,7 +76,7 @@ int run_export(const ExportOptions& options) {
 
 void add_export(Program& program) {
   auto [command, o] =
-      program.command("export", "export recordings of the daemon as CSV records", run_export);
+      program.command("export", "Export recordings of the daemon as CSV records", run_export);
   command.required("folder", o.folder, "a loop's folder of segments");
   command.required("--out", o.out, "folder for the records");
   command.flag("--json", o.json, "print the result as JSON");

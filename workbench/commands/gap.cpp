@@ -52,6 +52,7 @@ struct GapOptions {
   double to_s = std::numeric_limits<double>::infinity();
   unsigned jobs = 0;
   bool json = false;
+  bool verbose = false;
   bool clip_co = false;          // CO is what the controller asked for before its limits
   bool controller_known = true;  // false: SP does not explain CO
   bool stem = false;             // only the valve: its stem in place of PV
@@ -63,45 +64,42 @@ struct GapOptions {
   analysis::KnownRanges known{};  // of the loop, for a model that is identified
 };
 
-void print_result(const gap::Result& r, const std::string& out) {
-  fmt::print("{}\n", r.sentence);
-  for (const gap::RecordNote& note : r.check.notes) fmt::print("record: {}\n", note.text);
-  for (const gap::FoundEffect& e : r.effects) {
-    std::string parameters;
-    for (const auto& [name, value] : e.spec.parameters) {
-      const auto it = e.interval.find(name);
-      parameters += fmt::format("  {} {:.4g}", name, value);
-      if (it != e.interval.end()) {
-        parameters += fmt::format(" [{:.4g}, {:.4g}]", it->second[0], it->second[1]);
-      }
-    }
-    std::string others;
-    for (const std::string& name : e.alternatives) others += (others.empty() ? "" : ", ") + name;
-    fmt::print("{} ({}), confidence {:.2f}{}\n  {}\n  {}\n", e.spec.name, to_text(e.block),
-               e.confidence, others.empty() ? "" : "; or: " + others, parameters, e.evidence);
-    if (const effects::Descriptor* info = effects::find_effect(e.spec.name)) {
-      fmt::print("  what to do: {}\n", info->remedy);
-    }
+// Returns the parameters that were fitted, with their 95 % intervals.
+std::string fitted_text(const gap::FoundEffect& effect) {
+  std::string text;
+  for (const auto& [name, interval] : effect.interval) {
+    const auto value = effect.spec.parameters.find(name);
+    if (value == effect.spec.parameters.end()) continue;
+    text += fmt::format("{}{} {:.3g} [{:.3g}, {:.3g}]", text.empty() ? "" : ", ", name,
+                        value->second, interval[0], interval[1]);
   }
-  const auto percent = [](double v) {
-    return std::isfinite(v) ? fmt::format("{:.1f} %", v) : std::string("-");
-  };
-  fmt::print("{:<22}{:>10}{:>12}{:>10}\n", "", "rmse", "holdout", "fit");
-  fmt::print("{:<22}{:>10.4g}{:>12.4g}{:>10}\n", "model as given", r.before.rmse,
-             r.before.holdout_rmse, percent(r.before.holdout_fit_percent));
-  fmt::print("{:<22}{:>10.4g}{:>12.4g}{:>10}\n", "model corrected", r.after.rmse,
-             r.after.holdout_rmse, percent(r.after.holdout_fit_percent));
-  fmt::print("{:<22}{:>10.4g}  transmitter {:.4g}, load {:.4g}{}\n", "noise floor", r.floor.rmse(),
-             r.floor.transmitter_rmse, r.floor.load_rmse,
-             r.floor.load_tested ? "" : "; not tested for a load: " + r.floor.why_not_tested);
-  // The appearance of the remainder is printed only if the sentence mentions the remainder.
+  return text;
+}
+
+void print_effect(const gap::FoundEffect& effect) {
+  std::string others;
+  for (const std::string& name : effect.alternatives) others += (others.empty() ? "" : ", ") + name;
+  const std::string fitted = fitted_text(effect);
+  fmt::print("{} ({}): confidence {:.2f}{}{}\n", effect.spec.name, to_text(effect.block),
+             effect.confidence, fitted.empty() ? "" : "; " + fitted,
+             others.empty() ? "" : "; or " + others);
+  if (const effects::Descriptor* info = effects::find_effect(effect.spec.name))
+    fmt::print("  Action: {}\n", info->remedy);
+}
+
+// Prints how the answer came about: evidence, noise floor, remaining error, location of the error.
+void print_details(const gap::Result& r) {
+  for (const gap::FoundEffect& e : r.effects) fmt::print("{}: {}\n", e.spec.name, e.evidence);
+  fmt::print(
+      "noise floor: transmitter {:.4g}, disturbance {:.4g}{}\n", r.floor.transmitter_rmse,
+      r.floor.load_rmse,
+      r.floor.load_tested ? "" : "; not tested for a disturbance: " + r.floor.why_not_tested);
   if (r.remainder && r.remainder->share >= gap::kWorthSaying) {
     std::string follows;
-    for (const std::string& signal : r.remainder->depends_on) {
+    for (const std::string& signal : r.remainder->depends_on)
       follows += (follows.empty() ? ", follows " : " and ") + signal;
-    }
-    fmt::print("{:<22}{:>10}{:>12.4g}{:>10}  looks like {}{}\n", "left", "", r.remainder->rmse,
-               percent(100.0 * r.remainder->share), gap::to_text(r.remainder->looks_like), follows);
+    fmt::print("remaining error: {:.4g}, {:.1f} % of the gap; looks like {}{}\n", r.remainder->rmse,
+               100.0 * r.remainder->share, gap::to_text(r.remainder->looks_like), follows);
   }
   if (std::isfinite(r.controller_before_rmse)) {
     fmt::print("controller: rmse of CO {:.3g}, corrected {:.3g}\n", r.controller_before_rmse,
@@ -111,7 +109,22 @@ void print_result(const gap::Result& r, const std::string& out) {
     fmt::print("  {:>5.1f} %  {:<10} {:<12} {} ({:.1f} s to {:.1f} s)\n", 100.0 * l.share_of_gap,
                to_text(l.by), to_text(l.block), l.what, l.from_s, l.to_s);
   }
-  fmt::print("{0}/report.html, {0}/gap.json, {0}/model.corrected.yaml\n", out);
+}
+
+void print_result(const gap::Result& r, const GapOptions& options) {
+  fmt::print("{}\n", r.sentence);
+  for (const gap::RecordNote& note : r.check.notes) fmt::print("record: {}\n", note.text);
+  for (const gap::FoundEffect& e : r.effects) print_effect(e);
+  const auto row = [](const char* name, double rmse, double holdout, double fit_percent) {
+    fmt::print("{:<18}{:>10.4g}{:>10.4g}{:>9}\n", name, rmse, holdout,
+               std::isfinite(fit_percent) ? fmt::format("{:.1f} %", fit_percent) : "-");
+  };
+  fmt::print("{:<18}{:>10}{:>10}{:>9}\n", "rmse, PV units", "fitted", "unseen", "fit");
+  row("model as given", r.before.rmse, r.before.holdout_rmse, r.before.holdout_fit_percent);
+  row("model corrected", r.after.rmse, r.after.holdout_rmse, r.after.holdout_fit_percent);
+  fmt::print("{:<18}{:>10.4g}\n", "noise floor", r.floor.rmse());
+  if (options.verbose) print_details(r);
+  fmt::print("{0}/report.html, {0}/gap.json, {0}/model.corrected.yaml\n", options.out);
 }
 
 // Returns the words that --without accepts.
@@ -187,7 +200,7 @@ std::string used_options(const GapOptions& options) {
 void write_refusal(OutputFiles& files, const gap::Result& result, const GapReportContext& context) {
   const std::filesystem::path out(context.out);
   if (std::filesystem::exists(out / "gap.json")) {
-    fmt::print(stderr, "{}: the results of an earlier run were left as they are\n", context.out);
+    fmt::print(stderr, "{}: results of an earlier run, unchanged\n", context.out);
     return;
   }
   files.add(out / "report.html", gap_report_html(result, context));
@@ -196,8 +209,8 @@ void write_refusal(OutputFiles& files, const gap::Result& result, const GapRepor
 
 // Returns the columns between --from and --to. `first_s`: receives the time of the file's first
 // sample.
-gap::Record stretch_of(const record::Record& file, const GapOptions& options, double& first_s,
-                       std::vector<double>* mode = nullptr) {
+numeric::LoopRecord stretch_of(const record::Record& file, const GapOptions& options,
+                               double& first_s) {
   const auto& time = file.time_s;
   const auto begin = std::lower_bound(time.begin(), time.end(), options.from_s) - time.begin();
   const auto end = std::upper_bound(time.begin(), time.end(), options.to_s) - time.begin();
@@ -212,13 +225,7 @@ gap::Record stretch_of(const record::Record& file, const GapOptions& options, do
                     time.front(), time.back()));
   }
   first_s = time[static_cast<std::size_t>(begin)];
-  const auto part = [&](const std::vector<double>& column, bool known) {
-    return known ? std::vector<double>(column.begin() + begin, column.begin() + end)
-                 : std::vector<double>();
-  };
-  if (mode != nullptr) *mode = part(file.automatic, file.has_mode);
-  return {file.period_s, part(file.pv, true), part(file.sp, file.has_sp),
-          part(file.co, file.has_co), part(file.stem, file.has_stem)};
+  return file.part(static_cast<std::size_t>(begin), static_cast<std::size_t>(end));
 }
 
 double output_span(const plant::LoopModel& model) { return model.controller.pid.output_span(); }
@@ -246,21 +253,16 @@ void convert_units(record::Record& r, const plant::LoopModel& model, const GapOp
   const auto unit = [](const std::vector<double>& told, double low, double high) {
     return told.empty() ? gap::SignalUnit{"", low, high} : gap::SignalUnit{"", told[0], told[1]};
   };
-  gap::Record converted = gap::in_models_units(
-      {.period_s = r.period_s, .pv = r.pv, .sp = r.sp, .co = r.co, .stem = r.stem}, model,
-      unit(options.pv_range, model.transmitter.low, model.transmitter.high),
+  static_cast<numeric::LoopRecord&>(r) = gap::in_models_units(
+      r, model, unit(options.pv_range, model.transmitter.low, model.transmitter.high),
       unit(options.co_range, pid.output_low, pid.output_high));
-  r.pv = std::move(converted.pv);
-  r.sp = std::move(converted.sp);
-  r.co = std::move(converted.co);
-  r.stem = std::move(converted.stem);
   if (!options.clip_co) return;
   for (double& v : r.co) v = std::clamp(v, pid.output_low, pid.output_high);
 }
 
 // Asks whether the record has other units, with the options for both answers. Empty: the model's
 // units fit.
-std::string unit_question(const gap::Record& record, const plant::LoopModel& model) {
+std::string unit_question(const numeric::LoopRecord& record, const plant::LoopModel& model) {
   const std::optional<gap::OtherUnit> found = gap::other_unit(record, model);
   if (!found) return {};
   std::string names;
@@ -282,14 +284,12 @@ std::string unit_question(const gap::Record& record, const plant::LoopModel& mod
 
 // Replaces PV by the stem. SP is removed, because it does not apply to the stem.
 void take_stem(record::Record& r, const std::string& name) {
-  if (!r.has_stem) {
+  if (r.stem.empty()) {
     fail(kExitData, "{}: has no column stem. Name it: --map pv=NAME,co=NAME,stem=NAME", name);
   }
-  if (!r.has_co) fail(kExitData, "{}: has no column co, which the stem should follow", name);
+  if (r.co.empty()) fail(kExitData, "{}: has no column co, which the stem should follow", name);
   r.pv = r.stem;
-  r.missing_pv = r.missing_stem;
   r.sp.clear();
-  r.has_sp = false;
 }
 
 // Returns the deviations within which an archive kept PV and CO. If that of CO is undecidable, it
@@ -356,7 +356,7 @@ Found look_for_gap(GapOptions options, const plant::LoopModel& model) {
     convert_units(imported.record, model, options);
     draw_for_judging(imported);
     leave_out_guesses(imported);
-    gap::Record record = stretch_of(imported.record, options, first_s);
+    numeric::LoopRecord record = stretch_of(imported.record, options, first_s);
     record.pv_as_stored = !imported.pv_drawn.empty();
     if (options.late > 0) record = gap::with_co_moved_back(record, options.late);
     if (!options.controller_known) record.sp.clear();
@@ -452,7 +452,7 @@ int run_gap(const GapOptions& options) {
   if (options.recorder.background()) {
     fmt::print("{}\n", result.sentence);
   } else {
-    options.json ? show_json(answer) : print_result(result, options.out);
+    options.json ? show_json(answer) : print_result(result, options);
   }
   return kExitOk;
 }
@@ -464,10 +464,9 @@ int run_gap_on_assumed_model(GapOptions options) {
   files.make_folder(out);
   try {
     double first_s = 0.0;
-    std::vector<double> mode;
     record::Imported imported = read_loop(options);
     choose_stretch(imported, options);
-    const gap::Record record = stretch_of(imported.record, options, first_s, &mode);
+    const numeric::LoopRecord record = stretch_of(imported.record, options, first_s);
     if (options.stem) {
       options.model = (out / "model.assumed.yaml").string();
       options.controller_known = false;
@@ -481,23 +480,21 @@ int run_gap_on_assumed_model(GapOptions options) {
       fail(kExitData, "{}: has no column co; a model can't be identified without it: --model",
            options.record);
     }
-    const analysis::AssumedModel assumed =
-        analysis::assumed_model({.co = record.co,
-                                 .pv = record.pv,
-                                 .sp = record.sp,
-                                 .mode = mode,
-                                 .sample_time_s = record.period_s},
-                                options.known);
+    numeric::LoopView loop = record.view();
+    loop.stem = {};
+    const analysis::AssumedModel assumed = analysis::assumed_model(loop, options.known);
     if (!assumed.model) {
       fail(kExitData, "{}: no model can be identified: {} {}", options.record,
            assumed.identification.reason, assumed.identification.settle);
     }
     std::string heading = "assumed by loopwarden gap from " + options.record;
     for (const std::string& assumption : assumed.assumptions) {
-      fmt::print(stderr, "assumed: {}\n", assumption);
+      if (options.verbose) fmt::print(stderr, "assumed: {}\n", assumption);
       heading += "\n" + assumption;
     }
     options.model = (out / "model.assumed.yaml").string();
+    fmt::print(stderr, "No --model: identified from the record, with assumptions, in {}\n",
+               options.model);
     options.controller_known = assumed.controller_known;
     options.identified = true;
     options.late = static_cast<int>(assumed.identification.late);
@@ -538,38 +535,44 @@ int run_any_gap(const GapOptions& given) {
 
 void add_gap(Program& program) {
   auto [command, o] = program.command(
-      "gap", "find the effect that a model lacks, and correct the model", run_any_gap);
+      "gap", "Find the effect that a model lacks, and correct the model", run_any_gap);
   command.option("record", o.record, "measured record, CSV: time, pv, and if known sp, co");
   o.recorder.add_options(command,
                          "; a model that is identified gets PV's and CO's range from the daemon's "
                          "loop. The record is kept in the folder records of --out");
   command.option("--model", o.model,
-                 "loop model as its engineers believe it, YAML; without it, one is identified from "
-                 "the record itself and written to model.assumed.yaml");
+                 "loop model as its engineers know it, YAML; default: identified from the record "
+                 "and written to model.assumed.yaml");
   command.required("--out", o.out, "folder for gap.json, model.corrected.yaml, report.html");
   command.option("--from", o.from_s, "start of the used part, s of the record");
   command.option("--to", o.to_s, "end of the used part, s of the record");
   command.setting("--largest-load", o.largest_load_percent,
-                  "unmeasured load up to here is no gap, % of PV span per root second",
+                  "intensity of the unmeasured disturbance to ignore, % of PV span per sqrt(s)",
                   between(0.0, 100.0));
-  command.option("--without", o.without,
-                 "leave a step out, or an effect by its name, to see what it brings: several, "
-                 "load, allowances, learned, stiction, ...; may be given several times",
-                 one_of(words_without()));
-  command.setting("--jobs", o.jobs, "threads; 0: one a core. The answer does not depend on it");
+  command.option(
+      "--without", o.without,
+      "step or effect to leave out: several, load, allowances, learned, stiction, ...; repeatable",
+      one_of(words_without()));
+  command.setting("--jobs", o.jobs, "threads; 0: one per core. The answer does not depend on it");
   command.flag("--json", o.json, "print gap.json");
+  command.flag("--verbose", o.verbose,
+               "also print assumptions, evidence and the location of the error");
   command
       .option("--pv-range", o.pv_range,
-              "PV and SP of the record at the ends of the model's range, if the units differ: "
-              "0 100 for %")
+              "PV and SP of the record at the ends of the model's range, if the units differ, such "
+              "as 0 100 for %")
       .takes(2);
-  command.option("--co-range", o.co_range, "the same for CO: 0 1 for a share, 4 20 for mA")
+  command
+      .option(
+          "--co-range", o.co_range,
+          "CO of the record at the ends of the model's range, such as 0 1 for a share, 4 20 for mA")
       .takes(2);
+  command.flag("--stem", o.stem,
+               "examine only the valve: column stem in place of pv; without --model, a stem that "
+               "follows co");
   command.flag(
-      "--stem", o.stem,
-      "use column stem in place of pv, to examine only the valve; without --model, a stem that "
-      "follows co");
-  command.flag("--clip-co", o.clip_co, "CO was logged before its limits: take it at the model's");
+      "--clip-co", o.clip_co,
+      "limit the recorded CO to the model's limits, because it was logged before its limits");
   o.input.add_options(command);
   command.footer(
       "Examples: loopwarden gap record.csv --model model.yaml --out result\n"

@@ -41,14 +41,9 @@ struct IdentifyFindings {
 
 IdentifyFindings look_at(const record::Record& record) {
   IdentifyFindings f;
-  f.process = analysis::identify({.co = record.co,
-                                  .pv = record.pv,
-                                  .sp = record.sp,
-                                  .mode = record.automatic,
-                                  .stem = record.stem,
-                                  .sample_time_s = record.period_s});
+  f.process = analysis::identify(record.view());
   if (f.process.closed_loop) {
-    f.no_tangent = "it needs a manual step of CO";
+    f.no_tangent = "the record needs a manual step of CO";
     return f;
   }
   try {
@@ -163,8 +158,7 @@ void print_found(const IdentifyFindings& f) {
     if (fit.form == best.form) continue;
     fmt::print(" {} ({:+.1f})", to_text(fit.form), fit.criterion - best.criterion);
   }
-  if (p.fits.size() > 1)
-    fmt::print("; in brackets the information criterion against it, less would be better.\n");
+  if (p.fits.size() > 1) fmt::print(" (difference in BIC; lower is better).\n");
   if (f.tangent) {
     fmt::print("Tangent: gain {:.4g}, time constant {:.4g} s, dead time {:.4g} s\n",
                f.tangent->process.gain, f.tangent->process.time_constant_s,
@@ -235,7 +229,7 @@ std::string picture(const record::Record& record, const IdentifyFindings& f) {
 int run_identify(const IdentifyOptions& options) {
   try {
     record::Record record = options.input.read(options.record).record;
-    if (!record.has_co) {
+    if (record.co.empty()) {
       fail(kExitData, "{}: has no column co; a process can't be identified without it",
            options.record);
     }
@@ -255,7 +249,7 @@ int run_identify(const IdentifyOptions& options) {
 
 void add_identify(Program& program) {
   auto [command, o] = program.command(
-      "identify", "identify a process model from a record, in open or closed loop, with intervals",
+      "identify", "Identify a process model from a record, in open or closed loop, with intervals",
       run_identify);
   command.required("record", o.record, "record with co and pv, CSV; in closed loop also sp");
   command.option("--out", o.out, "picture to write, SVG");

@@ -65,7 +65,7 @@ void print_list(const record::Importer& importer) {
       const std::string& name = loop.signals.names[index_of(role)];
       const std::string& unit = loop.signals.units[index_of(role)];
       if (!name.empty()) {
-        signals += fmt::format("{}{} {}{}", signals.empty() ? "" : ", ", to_text(role), name,
+        signals += fmt::format("{}{}: '{}'{}", signals.empty() ? "" : ", ", to_text(role), name,
                                unit.empty() ? "" : " in " + unit);
       }
     }
@@ -171,7 +171,7 @@ struct Counts {
 };
 
 // Returns "20 of 29 files read, 31 of 33 loops; 9 files and 2 loops could not be read: see above; 3
-// files passed over".
+// files skipped".
 std::string count_text(const record::Importer& importer, const Counts& counts) {
   const auto of = [](std::size_t count, const char* what) {
     return fmt::format("{} {}{}", count, what, count == 1 ? "" : "s");
@@ -190,7 +190,7 @@ std::string count_text(const record::Importer& importer, const Counts& counts) {
   if (counts.in_part > 0)
     text += fmt::format("; {} read without some of the files", of(counts.in_part, "loop"));
   if (const std::size_t others = importer.passed_over().size(); others > 0)
-    text += fmt::format("; {} passed over", of(others, "file"));
+    text += fmt::format("; {} skipped", of(others, "file"));
   return text;
 }
 
@@ -295,11 +295,11 @@ int run_import(const ImportCommand& options) {
 
 void add_import(Program& program) {
   auto [command, o] =
-      program.command("import", "convert any historian's export to records", run_import);
+      program.command("import", "Convert any historian's export to records", run_import);
   command.required(
       "file", o.files,
       "exports: text, also gzip; .xlsx; .zip and folders of them; - for standard input");
-  command.option("--out", o.out, "folder for a record a loop, import.json and import.txt");
+  command.option("--out", o.out, "folder for one record per loop, import.json and import.txt");
   command.flag("--list", o.list, "print the loops that were found, without output files");
   command.flag("--check", o.check, "read all of it and report, without output files");
   command.flag("--json", o.json, "print what --list or import.json has");

@@ -70,7 +70,7 @@ Simulated simulate_cycle(plant::LoopModel model, const analysis::ValveNonlineari
   const double slow_s =
       valve.backlash ? 0.0 : 2.0 * valve.s / std::max(valve.j, 0.02 * valve.s) * answer_s;
   const double duration_s = std::clamp(60.0 * (answer_s + slow_s), 0.0, 2e6 * model.sample_time_s);
-  const analysis::LoopRecord r = analysis::run_model(model, duration_s);
+  const analysis::SimulatedRecord r = analysis::run_model(model, duration_s);
   const auto tail = [&](const std::vector<double>& column) {
     return std::vector<double>(column.end() - static_cast<std::ptrdiff_t>(column.size() / 2),
                                column.end());
@@ -256,14 +256,12 @@ std::string missed_why(const analysis::AxisReach& reach, const Row& row) {
   if (row.predicted || !row.simulated.cycles) return {};
   if (reach.loop < reach.valve && std::isfinite(reach.valve)) {
     return fmt::format(
-        "           L(jw) crosses the negative imaginary axis at {:.3g}, below {:.3g} = pi S/(4 J) "
-        "where -1/N begins:\n           they don't meet. The describing function takes CO for a "
-        "sinusoid; here it is a triangle\n           with steps, so a cycle is possible without "
-        "a prediction",
+        "  Trust the simulation: the describing function assumes a sinusoidal CO, and here CO is a "
+        "triangle with steps.\n  L(jw) crosses the negative imaginary axis at {:.3g}, below "
+        "{:.3g} = pi S/(4 J), where -1/N begins.",
         reach.loop, reach.valve);
   }
-  return "           the describing function takes CO for a sinusoid: a cycle is possible without "
-         "a prediction";
+  return "  Trust the simulation: the describing function assumes a sinusoidal CO.";
 }
 
 void print_one(const analysis::LinearLoop& loop, const analysis::Margins& m, const Row& row,
@@ -272,28 +270,32 @@ void print_one(const analysis::LinearLoop& loop, const analysis::Margins& m, con
              row.valve.backlash
                  ? fmt::format("backlash, dead band {:g}", row.valve.s)
                  : fmt::format("stiction, S {:g}, J {:g}", row.valve.s, row.valve.j));
+  if (row.simulated.cycles) {
+    fmt::print(
+        "simulation: the loop cycles, period {:.4g} s, PV +-{:.4g} PV units, CO +-{:.4g} CO "
+        "units\n",
+        row.simulated.period_s, row.simulated.pv_amplitude, row.simulated.co_amplitude);
+  } else {
+    fmt::print("simulation: no limit cycle\n");
+  }
   fmt::print(
       "linear loop: gain margin {:.3g}, phase margin {:.3g} deg, delay margin {:.3g} s, Ms "
       "{:.3g}\n",
       m.gain_margin, m.phase_margin_deg, m.delay_margin_s, m.sensitivity);
   for (const std::string& name : loop.left_out) {
     if (analysis::is_valve_nonlinearity(name)) continue;
-    fmt::print("not in the linear loop: {}\n", name);
+    fmt::print("not part of the linear loop: {}\n", name);
   }
   for (const analysis::LimitCycle& cycle : cycles) {
-    fmt::print("predicted: {} limit cycle, period {:.4g} s, PV +-{:.4g}, CO +-{:.4g}\n",
-               cycle.stable ? "stable" : "unstable", cycle.period_s, cycle.pv_amplitude,
-               cycle.co_amplitude);
+    fmt::print(
+        "describing function: {} limit cycle, period {:.4g} s, PV +-{:.4g} PV units, CO +-{:.4g} "
+        "CO units\n",
+        cycle.stable ? "stable" : "unstable", cycle.period_s, cycle.pv_amplitude,
+        cycle.co_amplitude);
   }
-  if (cycles.empty()) fmt::print("predicted: no limit cycle\n");
+  if (cycles.empty()) fmt::print("describing function: no limit cycle\n");
   const std::string why = missed_why(analysis::axis_reach(loop, row.valve), row);
   if (!why.empty()) fmt::print("{}\n", why);
-  if (row.simulated.cycles) {
-    fmt::print("simulated: period {:.4g} s, PV +-{:.4g}, CO +-{:.4g}\n", row.simulated.period_s,
-               row.simulated.pv_amplitude, row.simulated.co_amplitude);
-  } else {
-    fmt::print("simulated: no limit cycle\n");
-  }
 }
 
 std::optional<analysis::ValveNonlinearity> wanted_valve(const LimitCycleOptions& options,
@@ -350,16 +352,14 @@ int run_limit_cycle(const LimitCycleOptions& options) {
 
 void add_limit_cycle(Program& program) {
   auto [command, o] = program.command(
-      "limit-cycle", "predict and simulate the limit cycle due to stiction or backlash",
+      "limit-cycle", "Predict and simulate the limit cycle due to stiction or backlash",
       run_limit_cycle);
   command.required("model", o.model, "loop model, YAML");
-  Option s = command.option("--s", o.s, "CO units, stiction of this S instead of the model's",
-                            above_zero());
-  command.option("--j", o.j, "CO units, its slip jump; 0.3 S without it", not_below_zero())
-      .needs(s);
+  Option s =
+      command.option("--s", o.s, "stick band S instead of the model's, CO units", above_zero());
+  command.option("--j", o.j, "slip jump J, CO units; default: 0.3 S", not_below_zero()).needs(s);
   command
-      .option("--backlash", o.backlash, "CO units, backlash of this dead band instead",
-              above_zero())
+      .option("--backlash", o.backlash, "dead band of a backlash instead, CO units", above_zero())
       .excludes(s);
   command.flag("--grid", o.grid, "agreement over gains and valves");
   command.option("--out", o.out, "Nyquist picture to write, SVG");

@@ -125,7 +125,7 @@ int keep_in_journal(const OutcomeCommand& options) {
     return kExitOk;
   }
   fmt::print("{}: {} found; the daemon's finding: {}{}\n", options.tag, options.found, answer.said,
-             answer.on_disk ? "" : "; the journal can't write: a restart may not remember it");
+             answer.on_disk ? "" : "; the journal cannot be written, so a restart may lose this");
   return kExitOk;
 }
 
@@ -358,12 +358,12 @@ int run_outcome(const OutcomeCommand& options) {
 
 void add_outcome(Program& program) {
   auto [command, o] = program.command(
-      "outcome", "record what a fitter found at a loop that a survey named, for the next survey",
+      "outcome", "Record what a technician found at a valve, so that the next survey uses it",
       run_outcome);
   command.option("tag", o.tag, "tag of the loop");
   command.option("--found", o.found, "what was found at the valve; other: not the valve",
                  one_of(found_words()));
-  command.option("--note", o.note, "in the fitter's words");
+  command.option("--note", o.note, "note of the technician");
   const Option survey = command.setting(
       "--survey", o.survey, "folder of the survey, whose outcomes.csv receives the answer");
   command
@@ -372,10 +372,9 @@ void add_outcome(Program& program) {
               "receives the answer")
       .excludes(survey);
   command.flag("--list", o.list, "print the answers, and how often the survey was right");
-  command.option(
-      "--export", o.out,
-      "folder for an anonymous record a loop (times from 0, values in % of their ranges, no "
-      "tag, no unit) and labels.csv");
+  command.option("--export", o.out,
+                 "folder for one anonymous record per loop (times from 0, values in % of their "
+                 "ranges, no tag, no unit) and labels.csv");
   command.option("--from", o.from,
                  "with --export: the exports that were surveyed, and folders of them");
   command.flag("--json", o.json, "print JSON");

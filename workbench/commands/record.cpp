@@ -52,7 +52,7 @@ int run_record(const RecordOptions& options) {
 
 void add_record(Program& program) {
   auto [command, o] =
-      program.command("record", "start or stop a CSV record of a running loop", run_record);
+      program.command("record", "Start or stop a CSV record of a running loop", run_record);
   command.required("loop", o.loop, "tag of the loop");
   command.socket(o.socket);
   const Option start = command.option("--start", o.start, "name of the record, without .csv");

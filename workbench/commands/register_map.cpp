@@ -63,7 +63,7 @@ int run_register_map(const RegisterMapOptions& options) {
 
 void add_register_map(Program& program) {
   auto [command, o] =
-      program.command("register-map", "print the daemon's Modbus map, for people and for masters",
+      program.command("register-map", "Print the daemon's Modbus map, for people and for masters",
                       run_register_map);
   command.setting(
       "--format", o.format, "markdown, csv, mbpoll, pymodbus, javascript, telegraf or node-red",

@@ -85,7 +85,7 @@ int run_reload(const ReloadOptions& options) {
   if (!options.json) {
     print(*result.outcome, options.dry_run);
     if (!result.outcome->on_disk) {
-      fmt::print(stderr, "loopwarden: done, but the journal does not have it yet\n");
+      fmt::print(stderr, "loopwarden: done, but the journal is not written yet\n");
     }
   }
   return exit_code_of(*result.outcome);
@@ -95,7 +95,7 @@ int run_reload(const ReloadOptions& options) {
 
 void add_reload(Program& program) {
   auto [command, o] =
-      program.command("reload", "make the running daemon read its configuration again", run_reload);
+      program.command("reload", "Make the running daemon read its configuration again", run_reload);
   command.socket(o.socket);
   command.flag("--dry-run", o.dry_run, "print the result that a reload would have");
   command.flag("--take-file", o.take_file,

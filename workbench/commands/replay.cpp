@@ -44,8 +44,8 @@ struct ReplayOptions {
   bool explain = true;
   unsigned jobs = 0;
   double overlap = 0.5;
-  std::vector<double> pv_range{0.0, 100.0};  // PV units, without specialists
-  std::vector<double> co_range{0.0, 100.0};  // CO units, without specialists
+  std::vector<double> pv_range{0.0, 100.0};  // range of PV, PV units, without specialists
+  std::vector<double> co_range{0.0, 100.0};  // range of CO, CO units, without specialists
   bool json = false;
 };
 
@@ -121,7 +121,7 @@ class Explainer {
   }
 
  private:
-  gap::Record record_;
+  numeric::LoopRecord record_;
   double first_s_;
   const plant::LoopModel& twin_;
   unsigned jobs_;
@@ -153,13 +153,14 @@ class Replayer {
 
  private:
   void cycle(std::size_t k) {
-    const MonitorStep step = loop_.add({.period_index = k,
-                                        .sp = record_.has_sp ? record_.sp[k] : record_.pv[k],
-                                        .pv = record_.pv[k],
-                                        .co = record_.co[k],
-                                        .stem = record_.has_stem ? record_.stem[k] : std::nan(""),
-                                        .automatic = true,
-                                        .pv_good = std::isfinite(record_.pv[k])});
+    const MonitorStep step =
+        loop_.add({.period_index = k,
+                   .sp = !record_.sp.empty() ? record_.sp[k] : record_.pv[k],
+                   .pv = record_.pv[k],
+                   .co = record_.co[k],
+                   .stem = !record_.stem.empty() ? record_.stem[k] : std::nan(""),
+                   .automatic = true,
+                   .pv_good = std::isfinite(record_.pv[k])});
     if (loop_.twin() != nullptr) twin_log_.add(loop_, record_.time_s[k]);
     const auto now_ms = static_cast<std::int64_t>(std::llround(1000.0 * record_.time_s[k]));
     switch (step.kind) {
@@ -315,11 +316,11 @@ void print_text(const Replay& result, const std::string& tag) {
     fmt::print("{}\n", incident_text(incident));
   }
   fmt::print(
-      "{} alarm transition{} in {} window{}, {} of them suppressed: not fit to be judged; routine "
-      "evidence of {} longer window{}\n",
-      result.transitions.size(), result.transitions.size() == 1 ? "" : "s", result.windows,
-      result.windows == 1 ? "" : "s", result.suppressed, result.routine_windows,
-      result.routine_windows == 1 ? "" : "s");
+      "{} alarm transition{}. Specialists: {} of {} window{} judged, the others cannot be judged. "
+      "Routine evidence: {} longer window{} judged.\n",
+      result.transitions.size(), result.transitions.size() == 1 ? "" : "s",
+      result.windows - result.suppressed, result.windows, result.windows == 1 ? "" : "s",
+      result.routine_windows, result.routine_windows == 1 ? "" : "s");
 }
 
 int run_replay(const ReplayOptions& options) {
@@ -342,7 +343,7 @@ int run_replay(const ReplayOptions& options) {
   }
   try {
     const record::Record record = options.input.read(options.record).record;
-    if (!record.has_co) {
+    if (record.co.empty()) {
       fail(kExitData, "{}: no column 'co', which a judgement of the valve needs", options.record);
     }
     if (folder) {
@@ -373,7 +374,7 @@ int run_replay(const ReplayOptions& options) {
 
 void add_replay(Program& program) {
   auto [command, o] =
-      program.command("replay", "run the daemon's monitor and alarms over a record", run_replay);
+      program.command("replay", "Run the daemon's monitor and alarms over a record", run_replay);
   command.required(
       "record", o.record,
       "record, CSV: time, pv, co, and if known sp, stem; or the folder of an alarm's evidence");
@@ -384,11 +385,11 @@ void add_replay(Program& program) {
       "--twin", o.twin,
       "twin.yaml of `loopwarden commission`: adds the alarm model_gap and an explanation "
       "of every alarm");
-  command.flag("!--no-explain", o.explain, "leave the explanations out");
-  command.setting("--jobs", o.jobs, "threads of the explanations; 0: one a core");
-  command.option("--pv-range", o.pv_range, "PV units, without specialists").takes(2);
-  command.option("--co-range", o.co_range, "CO units, without specialists").takes(2);
-  command.setting("--overlap", o.overlap, "share of a window that the next has in common",
+  command.flag("!--no-explain", o.explain, "do not explain the alarms");
+  command.setting("--jobs", o.jobs, "threads of the explanations; 0: one per core");
+  command.option("--pv-range", o.pv_range, "range of PV, PV units, without specialists").takes(2);
+  command.option("--co-range", o.co_range, "range of CO, CO units, without specialists").takes(2);
+  command.setting("--overlap", o.overlap, "overlap of neighbouring windows, share",
                   between(0.0, 0.95));
   command.flag("--json", o.json, "print the transitions as JSON");
   o.input.add_options(command);

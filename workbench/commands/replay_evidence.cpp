@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "workbench/command_line/frame.hpp"
+#include "model/watch/limits.hpp"
 #include "workbench/commands/replay_evidence.hpp"
 
 #include <fmt/chrono.h>
@@ -116,19 +117,19 @@ void print_routine(const Evidence& e, const Judgement& now) {
   table.row("phase", then.evidence.phase, now.evidence.phase);
   table.row("play", then.evidence.play, now.evidence.play);
   table.row("Hammerstein, nats a sample", then.evidence.hammerstein, now.evidence.hammerstein);
-  table.row("parts of the record for it, %", 100.0 * then.evidence.parts_for,
+  table.row("parts of the record in favour, %", 100.0 * then.evidence.parts_for,
             100.0 * now.evidence.parts_for);
-  table.row("PV stands, % of CO's moves", 100.0 * then.evidence.standing,
+  table.row("PV rests, % of CO's moves", 100.0 * then.evidence.standing,
             100.0 * now.evidence.standing);
-  table.row("a play explains of PV, %", 100.0 * then.evidence.relation,
+  table.row("backlash explains of PV, %", 100.0 * then.evidence.relation,
             100.0 * now.evidence.relation);
   table.row("CO turns by", to_text(then.evidence.reversals.by()),
             to_text(now.evidence.reversals.by()));
   table.row("severity, % of CO span", then.severity_percent, now.severity_percent);
   fmt::print(
-      "\nnats gathered: {:.2f} from windows before (their samples are not kept here), {:+.2f} from "
-      "the specialists, {:.2f} with this one; an alarm from {:g} on\n",
-      then.sum_before, then.from_specialists, then.sum, watch::RoutineWatch::kRaise);
+      "\nevidence in nats: {:.2f} from earlier windows (their samples are not stored here), "
+      "{:+.2f} from the specialists, {:.2f} in total with this window; alarm threshold {:g}\n",
+      then.sum_before, then.from_specialists, then.sum, watch::WatchLimits::kRaise);
 }
 
 bool same(const Judgement& a, const Judgement& b) {
@@ -165,10 +166,10 @@ int conclude(bool agree, bool as_json) {
 }
 
 int replay_routine(const Evidence& e, bool as_json) {
-  const Judgement now = watch::judge_routine({.pv = e.pv,
-                                              .co = e.co,
+  const Judgement now = watch::judge_routine({.period_s = e.sample_time_s,
+                                              .pv = e.pv,
                                               .sp = e.sp,
-                                              .sample_time_s = e.sample_time_s,
+                                              .co = e.co,
                                               .co_low = e.co_low,
                                               .co_high = e.co_high});
   const bool agree = same(*e.routine, now);

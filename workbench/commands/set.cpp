@@ -40,7 +40,8 @@ std::string mode_word(const std::string& word) {
 
 // Returns the error of the word; empty: the word is valid.
 std::string no_mode(const std::string& word) {
-  return mode_word(word).empty() ? "is auto or man (got '" + config::quotable(word) + "')" : "";
+  return mode_word(word).empty() ? "must be auto or man (got '" + config::quotable(word) + "')"
+                                 : "";
 }
 
 protocol::LoopStatus loop_of(DaemonClient& daemon, const std::string& name) {
@@ -96,7 +97,7 @@ int run_set(const SetOptions& options) {
   }
   fmt::print("{}: before: {}\n{:{}}  after:  {}\n", options.loop, summary(before), "",
              options.loop.size(), summary(after));
-  if (!on_disk) fmt::print(stderr, "loopwarden: done, but the journal does not have it yet\n");
+  if (!on_disk) fmt::print(stderr, "loopwarden: done, but the journal is not written yet\n");
   return kExitOk;
 }
 
@@ -104,7 +105,7 @@ int run_set(const SetOptions& options) {
 
 void add_set(Program& program) {
   auto [command, o] = program.command(
-      "set", "set the set point, mode, output or jacket of a running loop", run_set);
+      "set", "Set the set point, mode, output or jacket of a running loop", run_set);
   command.required("loop", o.loop, "tag of the loop");
   command.socket(o.socket);
   command.option("--sp", o.set_point, "set point, PV units");
@@ -113,9 +114,9 @@ void add_set(Program& program) {
   command.option("--jacket", o.jacket, "off, shadow or on", one_of({"off", "shadow", "on"}));
   command.flag("--json", o.json, "print the result as JSON");
   command.footer(
-      "The given values take effect together in one cycle, mode first. An order that can't act is\n"
-      "refused with exit code 65: an output in automatic, a set point that follows PV in manual,\n"
-      "a value beyond its limits.\n"
+      "The given values take effect together in one cycle, mode first. A command without effect "
+      "is\nrejected with exit code 65: an output in automatic, a set point that tracks PV in "
+      "manual,\na value outside its limits.\n"
       "Example: loopwarden set FIC-101 --mode man --output 30");
 }
 

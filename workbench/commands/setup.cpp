@@ -117,7 +117,7 @@ int talk(const SetupOptions& options) {
                    .socket = options.socket,
                    .tag = tag,
                    .record_minutes = options.minutes};
-  if (state.is_new()) dialogue.say("`back` in place of an answer asks the question before.");
+  if (state.is_new()) dialogue.say("Enter `back` to return to the previous question.");
   const int exit_code = setup::run_steps(all);
   if (exit_code != kExitOk) {
     dialogue.say(fmt::format("\n`loopwarden setup {}` continues with the remaining steps.", tag));
@@ -140,7 +140,7 @@ int run_setup(const SetupOptions& options) {
   try {
     return talk(options);
   } catch (const setup::Paused&) {
-    fail(kExitTryAgain, "\nleft here; the same command continues at this step");
+    fail(kExitTryAgain, "\nInterrupted. The same command continues at this step");
   } catch (const DaemonRefused& e) {
     fail(kExitTryAgain, "loopwarden: {}", e.what());
   } catch (const protocol::DaemonError& e) {
@@ -152,25 +152,25 @@ int run_setup(const SetupOptions& options) {
 
 void add_setup(Program& program) {
   auto [command, o] = program.command(
-      "setup", "set up and commission a new loop, step by step, at a terminal", run_setup);
+      "setup", "Set up and commission a new loop, step by step, at a terminal", run_setup);
   command.option("tag", o.tag, "tag of the loop; setup asks for it if it is missing");
   command.setting("--config", o.config, "the daemon's configuration folder");
   command.socket(o.socket);
-  command.option("--answers", o.answers,
-                 "answers, YAML, `question: answer` a line, to questions that move no valve");
+  command.option(
+      "--answers", o.answers,
+      "file of answers, YAML, one `question: answer` per line, for questions that move no valve");
   std::vector<std::string> steps;
   for (const auto& step : protocol::kSetupSteps) steps.emplace_back(step.name);
-  command.option("--again", o.again, "this step once more, with its questions", one_of(steps));
-  command.setting("--minutes", o.minutes, "of the record", between(1.0, 120.0));
+  command.option("--again", o.again, "step to repeat, with its questions", one_of(steps));
+  command.setting("--minutes", o.minutes, "length of the record, min", between(1.0, 120.0));
   command.flag("--show", o.show, "print the progress, without questions");
-  command.flag("--json", o.json, "with --show as JSON");
+  command.flag("--json", o.json, "print the progress as JSON, with --show");
   command.footer(
       "Answers are kept in DIR/setup/TAG.json; after an interruption, setup continues there.\n"
       "Every step that moves a valve asks each time for the tag and the limits. It refuses if the\n"
-      "daemon does not run the file as it is. `back` asks the question before. Lines of a loop "
-      "file that setup did not "
-      "write\n"
-      "stay, unless you agree. Exit code 75: steps are left, or something waits for a restart.\n"
+      "daemon does not run the file as it is. `back` returns to the previous question. Lines of a "
+      "loop file that setup did not write\nstay, unless you agree. Exit code 75: steps remain, or "
+      "a restart is needed.\n"
       "Example: loopwarden setup FIC-101");
 }
 

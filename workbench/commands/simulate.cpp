@@ -4,7 +4,6 @@
 #include <unistd.h>
 
 #include <array>
-#include <chrono>
 #include <cmath>
 #include <cstdint>
 #include <nlohmann/json.hpp>
@@ -36,7 +35,6 @@ struct SimulateOptions {
 
 struct Run {
   std::vector<double> sp, pv, stem;
-  double seconds_of_work = 0.0;
 };
 
 // Returns the CO units per step of a converter with `bits`; 0 without a converter.
@@ -54,7 +52,6 @@ Run simulate(const plant::LoopModel& model, const SimulateOptions& options,
                        1;
   Progress progress("simulate", samples);
   Run run;
-  const auto begin = std::chrono::steady_clock::now();
   for (std::uint64_t k = 0; k < samples; ++k) {
     const plant::LoopSample s = loop.step();
     const std::array<double, 2> truth{s.true_pv, s.severity};
@@ -65,8 +62,6 @@ Run simulate(const plant::LoopModel& model, const SimulateOptions& options,
     run.stem.push_back(s.stem);
     if (k % 4096 == 0) progress.update(k);
   }
-  run.seconds_of_work =
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   return run;
 }
 
@@ -86,11 +81,11 @@ void report(const plant::LoopModel& model, const SimulateOptions& options, const
     show_json(result);
     return;
   }
-  fmt::print("{}: {} samples of {:g} s, seed {}, {:.1f} s simulated in {:.3f} s\n", options.out,
-             run.pv.size(), model.sample_time_s, model.scenario.seed,
-             static_cast<double>(run.pv.size()) * model.sample_time_s, run.seconds_of_work);
+  fmt::print("{}: {} samples of {:g} s, {:.1f} s, seed {}\n", options.out, run.pv.size(),
+             model.sample_time_s, static_cast<double>(run.pv.size()) * model.sample_time_s,
+             model.scenario.seed);
   fmt::print(
-      "SP - PV: rms {:.4g}, mean {:.4g}; PV swings +-{:.4g}{}\n", m.rms_error, m.mean_error,
+      "SP - PV: rms {:.4g}, mean {:.4g}; PV oscillates by +-{:.4g}{}\n", m.rms_error, m.mean_error,
       m.amplitude,
       m.period_s > 0.0 ? fmt::format(" with a period of {:.4g} s", m.period_s) : std::string());
   fmt::print("stem travel {:.4g} CO units/h, {:.4g} reversals/h\n", m.travel_per_hour,
@@ -120,11 +115,12 @@ int run_simulate(const SimulateOptions& options) {
 
 void add_simulate(Program& program) {
   auto [command, o] = program.command(
-      "simulate", "simulate a loop model in closed loop and write a record", run_simulate);
+      "simulate", "Simulate a loop model in closed loop and write a record", run_simulate);
   command.required("model", o.model, "loop model, YAML");
   command.required("--out", o.out, "record to write, CSV");
-  command.option("--duration", o.duration_s, "s, instead of the scenario's", between(0.0, 1e9));
-  command.option("--seed", o.seed, "of the noise, instead of the scenario's");
+  command.option("--duration", o.duration_s, "duration, s; default: the scenario's",
+                 between(0.0, 1e9));
+  command.option("--seed", o.seed, "seed of the noise; default: the scenario's");
   command.option("--output-bits", o.output_bits, "resolution of CO, bits over its range",
                  between(1.0, 32.0));
   command.flag("--truth", o.truth, "also write true_pv and fault_severity");

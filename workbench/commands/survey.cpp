@@ -14,6 +14,7 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "base/text.hpp"
@@ -71,7 +72,7 @@ int exit_code_of(const nlohmann::json& failed) {
 
 // Returns "29 files: 27 read, 2 could not be read; 12 loops: 8 judged, 3 from an earlier run, 1
 // could not be read;
-// 4 files passed over". The parts of files and of loops add up to their totals. The last part is
+// 4 files skipped". The parts of files and of loops add up to their totals. The last part is
 // additional.
 std::string count_text(const SurveyCount& count, const nlohmann::json& failed) {
   const auto names_of = [&](const char* lost, const char* key) {
@@ -95,7 +96,7 @@ std::string count_text(const SurveyCount& count, const nlohmann::json& failed) {
   };
   besides(names_of("part", "loop"), "loop", "judged without some of the files");
   besides(names_of("signals", "loop"), "loop", "without PV or CO");
-  besides(count.passed_over, "file", "passed over");
+  besides(count.passed_over, "file", "skipped");
   return text;
 }
 
@@ -104,9 +105,23 @@ void print_survey(const nlohmann::json& survey, const fs::path& out, bool as_jso
     show_json(survey);
     return;
   }
-  fmt::print("{:>5}  {:<28} {:<16} {:>6} {:>10} {:>6}  {}\n", "rank", "loop", "verdict", "p %",
-             "period s", "group", "next");
   const auto& loops = survey.at("loops");
+  std::vector<std::pair<std::string, std::size_t>> steps;  // in the order of the ranks
+  for (const auto& loop : loops) {
+    const auto what = loop.at("next").at("what").get<std::string>();
+    const auto step = std::find_if(steps.begin(), steps.end(),
+                                   [&](const auto& known) { return known.first == what; });
+    if (step == steps.end()) {
+      steps.emplace_back(what, 1);
+    } else {
+      ++step->second;
+    }
+  }
+  std::string counts;
+  for (const auto& [step, count] : steps) counts += fmt::format(", {} {}", count, step);
+  fmt::print("{} loops{}\n", loops.size(), counts);
+  fmt::print("{:>5}  {:<28} {:<16} {:>7} {:>10} {:>6}  {}\n", "rank", "loop", "verdict", "valve %",
+             "period s", "group", "next");
   for (std::size_t k = 0; k < std::min(kLinesShown, loops.size()); ++k) {
     const auto& loop = loops[k];
     const auto number = [&](const char* key, double factor) {
@@ -116,7 +131,7 @@ void print_survey(const nlohmann::json& survey, const fs::path& out, bool as_jso
     std::string verdict = loop.at("verdict").get<std::string>();
     if (verdict == "valve_effect") verdict = loop.at("effects").at(0).at("name").get<std::string>();
     if (verdict == "other_cause") verdict = loop.at("cause").get<std::string>();
-    fmt::print("{:>5}  {:<28} {:<16} {:>6} {:>10} {:>6}  {}\n", k + 1,
+    fmt::print("{:>5}  {:<28} {:<16} {:>7} {:>10} {:>6}  {}\n", k + 1,
                loop.at("tag").get<std::string>(), verdict,
                loop.at("probability").is_number()
                    ? fmt::format("{:.0f}", 100.0 * loop.at("probability").get<double>())
@@ -173,7 +188,7 @@ class Against {
     try {
       return compare_surveys(survey, *before_, how_);
     } catch (const nlohmann::json::exception& e) {
-      fail(kExitData, "{}: can't be compared: {}", before_name_, e.what());
+      fail(kExitData, "{}: cannot be compared: {}", before_name_, e.what());
     }
   }
 
@@ -275,7 +290,7 @@ int run_survey(const SurveyCommand& given) {
 
 void add_survey(Program& program) {
   auto [command, o] = program.command(
-      "survey", "rank all loops of a plant by need of attention, with the next step for each",
+      "survey", "Rank all loops of a plant by need of attention, with the next step for each",
       run_survey);
   command.option("path", o.paths,
                  "exports with any number of loops, .xlsx, .zip and folders of them");
@@ -283,34 +298,32 @@ void add_survey(Program& program) {
       "--out", o.out,
       "folder for survey.html, survey.csv, survey.json; an earlier run in it is continued");
   command.setting("--window", o.window_h,
-                  "hours that each row of figures is about; verdicts do not depend on it",
+                  "hours per row of figures; the verdicts do not depend on it",
                   between(0.01, 10000.0));
-  const Option shard = command.option("--shard", o.shard, "k/N: of N shares the k-th, by loop");
-  command.option("--merge", o.merge, "folders of shares, to be joined");
+  const Option shard = command.option("--shard", o.shard, "k/N: the k-th of N shares of the loops");
+  command.option("--merge", o.merge, "folders of shares to join");
   command
       .option("--co-range", o.co_range,
               "lower and upper end of CO; default: --rules, or 0 100, 0 1 or 4 20 by the values")
       .takes(2);
   command.option("--kind", o.kind, "what the loops control; default: from their tags",
                  one_of({"flow", "pressure", "level", "temperature", "unknown"}));
-  command.setting("--jobs", o.jobs, "threads; 0: one a core. The result does not depend on it");
+  command.setting("--jobs", o.jobs, "threads; 0: one per core. The result does not depend on it");
   command.flag("--json", o.json, "print survey.json");
   command.option("--outcomes", o.outcomes,
-                 "what fitters found (loopwarden outcome); default: outcomes.csv in --out");
+                 "findings of technicians (loopwarden outcome); default: outcomes.csv in --out");
   Command comparing = command.group("Against an earlier survey");
   Option against = comparing.option(
       "--against", o.against,
-      "its survey.json or folder: what is new, worse, better, gone, in changes.html and "
-      "changes.json; without exports of the survey that is in --out");
+      "survey.json or folder of an earlier survey: writes new, worse, better and gone loops to "
+      "changes.html and changes.json; without exports, compares the survey in --out");
   against.excludes(shard);
   comparing
       .option("--area", o.area,
               "pattern of tags, such as U*-*: the area is the text at its first wildcard; default: "
               "the text before the function letters, or the number without its last two digits")
       .needs(against);
-  comparing
-      .option("--loops", o.weights,
-              "CSV with columns tag, criticality, cost_per_hour: what each loop is worth")
+  comparing.option("--loops", o.weights, "CSV with the columns tag, criticality and cost_per_hour")
       .needs(against);
   o.recorder.add_options(command, "; the record is kept in the folder records of --out");
   o.input.add_options(command);

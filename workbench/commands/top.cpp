@@ -51,7 +51,7 @@ std::string page(const protocol::Status& status, std::size_t selected, const pro
   const TerminalSize size = terminal_size();
   std::string text = trouble.empty()
                          ? coloured(daemon_line(status), Colour::bold)
-                         : coloured(trouble + "; as it was last; trying again", Colour::red);
+                         : coloured(trouble + "; last values; trying again", Colour::red);
   text += "\n";
   const std::vector<std::string> troubles = disk_troubles(status.daemon);
   for (const std::string& line : troubles) text += coloured(line, Colour::red) + "\n";
@@ -137,8 +137,9 @@ int run_top(const TopOptions& options) {
 }  // namespace
 
 void add_top(Program& program) {
-  auto [command, o] = program.command("top", "show a live view of a running daemon", run_top);
-  command.option("loop", o.loop, "tag of the loop to begin with; with --once, to say more of");
+  auto [command, o] = program.command("top", "Show a live view of a running daemon", run_top);
+  command.option("loop", o.loop,
+                 "tag of the first loop; with --once, of the loop to print in detail");
   command.socket(o.socket);
   command.flag("--once", o.once, "print the state once, without the live view");
   command.flag("--json", o.json, "print the state once as JSON");

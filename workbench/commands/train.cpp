@@ -160,7 +160,7 @@ void print_summary(const TrainOptions& options, const TrainingResult& result, do
              (f.team ? specialist::kConditions : 0) + f.signatures.size(), seconds, options.seed);
   if (f.figures) {
     fmt::print(
-        "explaining form on {} simulated windows it never saw: {:.1f} % of the faulty ones named, "
+        "explaining form on {} held-out simulated windows: {:.1f} % of the faulty ones named, "
         "{:.2f} % of the others called a fault,\n{:.1f} % of all without enough movement; "
         "calibration error {:.3f}\n",
         f.figures->windows, f.figures->named_percent, f.figures->false_alarm_percent,
@@ -196,8 +196,8 @@ void warn_of_effects(const plant::LoopModel& model) {
   }
   if (!names.empty()) {
     fmt::print(stderr,
-               "warning: the explaining form knows gain, lag and dead time; it takes these effects "
-               "of the model for part of the healthy loop only as far as they look like those:{}\n",
+               "warning: the explaining form models gain, lag and dead time. It treats these "
+               "effects of the model as healthy only as far as they resemble those:{}\n",
                names);
   }
 }
@@ -251,7 +251,8 @@ int run_train(const TrainOptions& options) {
       job.model = load_model(options.model);
       if (job.model->process.integrating()) {
         fail(kExitConfiguration,
-             "{}: specialists know processes that settle, not integrating ones (process.kind)",
+             "{}: specialists are available for self-regulating processes, not for integrating "
+             "ones (process.kind)",
              options.model);
       }
       warn_of_effects(*job.model);
@@ -285,7 +286,7 @@ int run_train(const TrainOptions& options) {
 
 void add_train(Program& program) {
   auto [command, o] =
-      program.command("train", "train specialists that distinguish valve faults", run_train);
+      program.command("train", "Train specialists that distinguish valve faults", run_train);
   command.option("model", o.model, "loop model, YAML: train on its simulation");
   command.option("--signatures", o.signatures,
                  "folder of measured signatures with labels.csv: file, class, plant, role");
@@ -304,7 +305,7 @@ void add_train(Program& program) {
                  "explaining: any window, from CO and PV, the default with a model; signature: the "
                  "thesis's networks, with --signatures the only ones; both takes minutes",
                  one_of({"both", "explaining", "signature"}));
-  command.setting("--seed", o.seed, "of all random numbers");
+  command.setting("--seed", o.seed, "seed of all random numbers");
   command.setting("--windows", o.windows, "simulated windows of the explaining form",
                   between(700, 1000000));
   command.option("--restarts", o.restarts,
@@ -320,7 +321,7 @@ void add_train(Program& program) {
       .option("--classes", o.classes, "of the signature form with a model; default: all five",
               one_of({"no_fault", "stiction", "backlash", "hysteresis", "low_air_supply"}))
       .delimiter(',');
-  command.setting("--jobs", o.jobs, "threads; 0: one a core. The result does not depend on it");
+  command.setting("--jobs", o.jobs, "threads; 0: one per core. The result does not depend on it");
   command.flag("--json", o.json, "print the result as JSON");
   command.footer(
       "After an interruption, the same command continues the run: finished parts in "

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "model/analysis/rule_trial.hpp"
+#include "model/analysis/limits.hpp"
 #include "workbench/command_line/frame.hpp"
 #include "workbench/report/chart.hpp"
 #include "workbench/files/model_file.hpp"
@@ -71,56 +72,61 @@ std::vector<std::string> cells(const RuleTrial& r) {
           number(r.response.step.settling_2_s, "{:.1f}"),
           number(r.response.load_absolute_error, "{:.3g}"),
           !r.margins.stable ? "unstable"
-          : !r.scales()     ? "leaves out the gain"
+          : !r.scales()     ? "ignores the gain"
                             : ""};
 }
 
 const std::vector<std::string>& heads() {
-  static const std::vector<std::string> names{"rule",        "kp",        "ki",       "kd",
-                                              "gain margin", "phase deg", "Ms",       "rise s",
-                                              "over %",      "settles s", "load IAE", ""};
+  static const std::vector<std::string> names{"rule",        "kp",        "ki",        "kd",
+                                              "gain margin", "phase deg", "Ms",        "rise s",
+                                              "over %",      "settles s", "dist. IAE", ""};
   return names;
+}
+
+void print_recommended(const RuleTrial* best) {
+  if (best == nullptr) {
+    fmt::print("No rule has enough margin (Ms at most {:g}) on this process.\n",
+               analysis::AnalysisLimits::kMostSensitivity);
+    return;
+  }
+  fmt::print(
+      "Recommended: {} (lowest disturbance IAE of the rules that scale with the gain, with Ms at "
+      "most {:g})\n  kp: {:.5g}\n  ki: {:.5g}\n",
+      best->name(), analysis::AnalysisLimits::kMostSensitivity, best->gains.kp, best->gains.ki);
+  if (best->gains.kd > 0.0) {
+    fmt::print("  kd: {:.5g}\n  derivative_filter: {:.4g}\n", best->gains.kd,
+               best->gains.derivative_filter_s);
+  }
 }
 
 void print_text(const plant::LoopModel& model, const std::vector<RuleTrial>& rows,
                 const RuleTrial* best) {
-  fmt::print("process: {}\n\n", process_text(model.process));
+  fmt::print("process: {}\n", process_text(model.process));
+  print_recommended(best);
   const auto line = [](const std::vector<std::string>& c) {
     fmt::print("{:<11} {:>8} {:>9} {:>7} {:>11} {:>9} {:>6} {:>7} {:>7} {:>9} {:>9}  {}\n", c[0],
                c[1], c[2], c[3], c[4], c[5], c[6], c[7], c[8], c[9], c[10], c[11]);
   };
+  fmt::print("\n");
   line(heads());
   for (const RuleTrial& row : rows) line(cells(row));
   fmt::print(
-      "\nrise, overshoot and settling (2 %) of a set-point step; load IAE: integral of |SP - PV| "
-      "after a load step of 10 % of the range.\n");
-  if (best != nullptr) {
-    fmt::print(
-        "Recommended: {} (least load IAE of the rules that scale with the gain, with Ms at most "
-        "{:g})\n  kp: {:.5g}\n  ki: {:.5g}\n",
-        best->name(), analysis::kMostSensitivity, best->gains.kp, best->gains.ki);
-    if (best->gains.kd > 0.0) {
-      fmt::print("  kd: {:.5g}\n  derivative_filter: {:.4g}\n", best->gains.kd,
-                 best->gains.derivative_filter_s);
-    }
-  } else {
-    fmt::print("No rule leaves enough margin (Ms at most {:g}) on this process.\n",
-               analysis::kMostSensitivity);
-  }
+      "\nrise, overshoot and settling (2 %) of a set-point step; disturbance IAE: integral of |SP "
+      "- PV| after a disturbance step of 10 % of the range.\n");
 }
 
 std::string page(const std::string& model_file, const std::vector<RuleTrial>& rows,
                  const RuleTrial* best) {
-  Chart pv{.title = "Set-point step, then a load step",
+  Chart pv{.title = "Set-point step, then a disturbance step",
            .x_label = "s",
            .y_label = "PV",
            .width = 1100.0,
            .height = 360.0};
   Chart co = pv;
-  co.title = "What the controller does";
+  co.title = "Controller output";
   co.y_label = "CO";
-  const analysis::LoopRecord& first = rows.front().response.record;
-  const std::vector<double> t = time_axis(first.pv.size(), first.sample_time_s);
+  const analysis::SimulatedRecord& first = rows.front().response.record;
+  const std::vector<double> t = time_axis(first.pv.size(), first.period_s);
   pv.lines.push_back({"SP", palette::kGrey, t, first.sp, true});
   for (std::size_t i = 0; i < rows.size(); ++i) {
     if (!rows[i].margins.stable) continue;
@@ -163,11 +169,11 @@ int run_tune(const TuneOptions& options) {
 
 void add_tune(Program& program) {
   auto [command, o] = program.command(
-      "tune", "compute controller settings by named rules, with their predicted effects", run_tune);
+      "tune", "Compute controller settings by named rules, with their predicted effects", run_tune);
   command.required("model", o.model, "loop model, YAML");
-  command.option("--lambda", o.lambda_s, "s, closed-loop time constant of the lambda rule",
+  command.option("--lambda", o.lambda_s, "closed-loop time constant of the lambda rule, s",
                  above_zero());
-  command.flag("--pid", o.pid, "PID settings instead of PI, of the rules that have them");
+  command.flag("--pid", o.pid, "PID settings instead of PI, for rules that have them");
   command.option("--out", o.out, "report with the predicted responses to write, HTML");
   command.flag("--json", o.json, "print the result as JSON");
   command.footer("Example: loopwarden tune examples/models/plant1.yaml --out tuning.html");

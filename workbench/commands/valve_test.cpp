@@ -165,7 +165,7 @@ int run_valve_test(const ValveTestOptions& options) {
     std::ifstream file(options.commissioning);
     commissioning = json::parse(file, nullptr, false);
     if (!commissioning.is_object()) {
-      fail(kExitData, "{}: is no result of valve-test", options.commissioning);
+      fail(kExitData, "{}: is not a result of valve-test", options.commissioning);
     }
   }
   std::vector<TestResult> results;
@@ -204,23 +204,22 @@ int run_valve_test(const ValveTestOptions& options) {
 
 void add_valve_test(Program& program) {
   auto [command, o] = program.command(
-      "valve-test", "run step, ramp, resolution, scan and sine tests of a valve, simulated or live",
+      "valve-test", "Run step, ramp, resolution, scan and sine tests of a valve, simulated or live",
       run_valve_test);
   add_bench_options(command, o.bench);
   std::vector<std::string> names;
   for (const ValveTest test : analysis::kValveTests) names.emplace_back(analysis::to_text(test));
-  command.option("--test", o.tests, "which; all without it", one_of(names));
-  command.option("--hold", o.hold_s, "s at each point, 20 without it", above_zero());
+  command.option("--test", o.tests, "tests to run; default: all", one_of(names));
+  command.option("--hold", o.hold_s, "duration at each point, s; default 20", above_zero());
   command.option("--gain", o.gain,
                  "PV units/CO unit, to derive the position from PV without a read-back");
   command.option("--commissioning", o.commissioning,
-                 "valve-test.json of an earlier run to compare with");
+                 "valve-test.json of an earlier run, for comparison");
   command.option("--out", o.out, "folder for valve-test.json and report.html");
   command.flag("--json", o.json, "print the result as JSON");
   command.footer(
-      "Live, it needs --low, --high, --pv-low and --pv-high, and puts output, mode and set point "
-      "back\n"
-      "however it ends, also after Ctrl-C. Exit code 75: ended early.\n"
+      "Live, it needs --low, --high, --pv-low and --pv-high, and restores output, mode and set "
+      "point\nat every end, also after Ctrl-C. Exit code 75: ended early.\n"
       "Example: loopwarden valve-test FIC-101 --live --low 3 --high 5 --pv-low 2 --pv-high 8 --out "
       "test");
 }

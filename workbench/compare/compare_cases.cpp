@@ -139,7 +139,7 @@ CompareResult compare_one(const CompareCase& one, const Contender& contender) {
   plant::LoopModel model = one.model;
   contender.fit(model.controller);
   const auto count = static_cast<double>(kSetPoints.size());
-  const analysis::LoopRecord r = analysis::run_model(model, count * one.hold_s);
+  const analysis::SimulatedRecord r = analysis::run_model(model, count * one.hold_s);
   const double h = model.sample_time_s;
   const auto hold = static_cast<std::size_t>(std::lround(one.hold_s / h));
   CompareResult result;

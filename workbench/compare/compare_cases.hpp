@@ -13,7 +13,6 @@
 // read-back. Measures use SP - true PV. "Settled" leaves out the first third of each set point.
 #pragma once
 
-#include <cstddef>
 #include <functional>
 #include <string>
 #include <vector>

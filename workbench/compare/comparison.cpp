@@ -193,7 +193,7 @@ std::string trends(const Outcome& outcome, double estimate) {
   for (const Contender& contender : contenders(outcome.one, estimate)) {
     plant::LoopModel model = outcome.one.model;
     contender.fit(model.controller);
-    const analysis::LoopRecord r = analysis::run_model(model, 4.0 * outcome.one.hold_s);
+    const analysis::SimulatedRecord r = analysis::run_model(model, 4.0 * outcome.one.hold_s);
     const double h = model.sample_time_s;
     const auto from = static_cast<std::size_t>(1.7 * outcome.one.hold_s / h);
     const auto to = static_cast<std::size_t>(2.3 * outcome.one.hold_s / h);
@@ -303,9 +303,9 @@ int run_comparison(const ComparisonOptions& options) {
 }
 
 void add_comparison_options(Command& command, ComparisonOptions& options) {
-  command.required("model", options.model, "loop model, YAML; its own faults are left out");
+  command.required("model", options.model, "loop model, YAML; its own faults are ignored");
   command.setting("--estimate", options.estimate,
-                  "size the compensators are set to, share of the true severity",
+                  "size for which the compensators are set, share of the true severity",
                   between(0.05, 3.0));
   command.option("--out", options.out, "folder for report.html and pictures");
   command.flag("--json", options.json, "print every case as JSON");

@@ -5,9 +5,7 @@
 
 #include <algorithm>
 #include <charconv>
-#include <cmath>
 #include <map>
-#include <memory>
 #include <set>
 #include <unordered_map>
 #include <utility>

@@ -6,7 +6,6 @@
 #include <array>
 
 #include <nlohmann/json.hpp>
-#include <string_view>
 
 #include "config/config_reader.hpp"
 #include "hal/contract/pv_check_settings.hpp"

@@ -96,7 +96,7 @@ TagList read_tag_list(const std::string& file, std::string_view text) {
     const std::optional<double> high = number_in(table, row, kHigh);
     if (low && high && *low < *high) tag.range.emplace(*low, *high);
     if (tag.name.empty()) {
-      note(row, "no tag, name, address or node: passed over");
+      note(row, "no tag, name, address or node: skipped");
       continue;
     }
     const auto [known, is_new] = lines.try_emplace(tag.name, row.line);
@@ -108,8 +108,8 @@ TagList read_tag_list(const std::string& file, std::string_view text) {
     }
   }
   if (no_numbers > 0) {
-    list.notes.push_back(fmt::format("{}: {} tags are no numbers by their data_type: passed over",
-                                     file, no_numbers));
+    list.notes.push_back(
+        fmt::format("{}: {} tags are no numbers by their data_type: skipped", file, no_numbers));
   }
   if (list.tags.empty()) {
     throw CommandError(

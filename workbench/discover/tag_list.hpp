@@ -2,7 +2,6 @@
 // Reads the tags of a plant from a list of a server or a spreadsheet.
 #pragma once
 
-#include <cstddef>
 #include <filesystem>
 #include <optional>
 #include <string>

@@ -14,7 +14,7 @@ nlohmann::json DaemonClient::ask(const nlohmann::json& request) {
     return protocol::answer_in(client_.request(request.dump(), kPatience));
   } catch (const protocol::DaemonError& e) {
     if (!e.refused()) throw;
-    throw DaemonRefused(kExitData, std::string("the daemon refused: ") + e.what());
+    throw DaemonRefused(kExitData, std::string("the daemon rejected it: ") + e.what());
   }
 }
 
@@ -30,7 +30,7 @@ bool DaemonClient::set(const protocol::SetRequest& request, std::chrono::millise
     const protocol::OrderState now = protocol::ask(*this, look);
     const protocol::OrderOutcome outcome = now.outcome.value_or(protocol::OrderOutcome{});
     if (now.state == "refused") {
-      throw DaemonRefused(kExitData, "the loop refused: " + outcome.why);
+      throw DaemonRefused(kExitData, "the loop rejected it: " + outcome.why);
     }
     const bool done = now.state == "done";
     if (done && (outcome.on_disk || Clock::now() - start > for_disk)) return outcome.on_disk;

@@ -19,8 +19,8 @@ using protocol::ReloadOutcome;
 
 constexpr const char* kReload = "Run `loopwarden reload`.";
 constexpr const char* kRestart =
-    "Restart the daemon (`systemctl restart loopwardend`). Every loop takes its stop action "
-    "meanwhile.";
+    "Restart the daemon (`systemctl restart loopwardend`). Until it runs again, every loop is in "
+    "its stop action.";
 
 std::optional<ReloadOutcome> dry_run(protocol::Daemon& daemon) {
   using Clock = std::chrono::steady_clock;
@@ -74,7 +74,7 @@ std::string difference(const LoopPlan& plan, const std::optional<protocol::LoopG
 
 std::string box_not_in_force(protocol::Daemon& daemon) {
   const std::optional<ReloadOutcome> read = dry_run(daemon);
-  if (!read || !read->plan) return "the daemon can't read its files: look at its log.";
+  if (!read || !read->plan) return "the daemon cannot read its files. See its log.";
   const protocol::DaemonPlan& plan = read->plan->daemon;
   if (plan.applied.empty() && plan.waiting_for_restart.empty()) return {};
   const bool restart = !plan.waiting_for_restart.empty();
@@ -86,12 +86,12 @@ std::string box_not_in_force(protocol::Daemon& daemon) {
 std::string not_in_force(protocol::Daemon& daemon, const std::string& tag,
                          std::optional<std::uint32_t> file_hash) {
   const std::optional<ReloadOutcome> read = dry_run(daemon);
-  if (!read) return tag + ": the daemon has not read its files within 10 s. Look at its disk.";
+  if (!read) return tag + ": the daemon has not read its files within 10 s. Check its disk.";
   if (!read->plan) {
     return fmt::format(
         "{}: the daemon refuses its files: {}. Correct them, and run `loopwarden "
         "reload`.",
-        tag, read->why.value_or("it gives no reason"));
+        tag, read->why.value_or("no reason given"));
   }
   const auto plan = std::find_if(read->plan->loops.begin(), read->plan->loops.end(),
                                  [&](const LoopPlan& loop) { return loop.loop == tag; });
@@ -107,13 +107,12 @@ std::string not_in_force(protocol::Daemon& daemon, const std::string& tag,
   std::string differs = difference(*plan, loop == status.loops.end() ? std::nullopt : loop->gains);
   if (!differs.empty() || !file_hash) return differs;
   if (!plan->file_hash) {
-    return fmt::format("{}: the daemon is of an older version. {}", tag, kRestart);
+    return fmt::format("{}: the daemon has an older version. {}", tag, kRestart);
   }
   if (*plan->file_hash != *file_hash) {
     return fmt::format(
-        "{}: the daemon reads {}, and that is another text. Give its folder with "
-        "--config.",
-        tag, plan->file);
+        "{}: the daemon reads {}, which has a different text. Name its folder with --config.", tag,
+        plan->file);
   }
   return {};
 }

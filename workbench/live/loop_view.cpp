@@ -79,19 +79,18 @@ std::string valve_line(const protocol::LoopStatus& loop) {
 
 std::string commissioning_line(const protocol::Commissioned& holder) {
   return fmt::format(
-      "being commissioned by {} since {:%FT%TZ}: out of service for everybody else, but for "
-      "manual; {}",
-      holder.by, fmt::gmtime(static_cast<std::time_t>(holder.since_ms / 1000)),
+      "in maintenance by {} since {:%FT%TZ}; other users can only select manual; {}", holder.by,
+      fmt::gmtime(static_cast<std::time_t>(holder.since_ms / 1000)),
       holder.ends_in_s > 0.0
-          ? fmt::format("ends in {:.0f} s without a sign of life", holder.ends_in_s)
-          : std::string("no sign of life: goes to its stop action"));
+          ? fmt::format("ends in {:.0f} s if the session stays silent", holder.ends_in_s)
+          : std::string("session silent: stop action"));
 }
 
 // Returns the condition indices, from 0 (bad) to 100 (good).
 std::string condition_line(const protocol::LoopStatus& loop) {
   const protocol::Condition& c = loop.monitor.condition;
   return fmt::format(
-      "condition (100 good, 0 bad, - not known): control performance {}   valve {}   actuator {}   "
+      "condition (100 good, 0 bad, - unknown): control performance {}   valve {}   actuator {}   "
       "positioner {}   environment {}",
       rounded(c.control_performance, 0), rounded(c.valve, 0), rounded(c.actuator, 0),
       rounded(c.positioner, 0), rounded(c.environment, 0));
@@ -115,12 +114,12 @@ std::vector<std::string> routine_lines(const protocol::LoopStatus& loop) {
       line += "none judged yet";
     } else {
       line += fmt::format(
-          "{} judged, the newest {}, probability of a valve effect {:.2f}   {:.0f} % of what "
-          "raises an alarm",
+          "{} judged, newest: {}, probability of a valve effect {:.2f}   {:.0f} % of the alarm "
+          "threshold",
           level.windows, base::in_words(level.verdict), level.probability,
           100.0 * std::min(level.evidence, 1.0));
     }
-    lines.push_back(line + fmt::format("   next in {} of automatic", age(level.next_in_s)));
+    lines.push_back(line + fmt::format("   next after {} in automatic", age(level.next_in_s)));
   }
   return lines;
 }
@@ -142,12 +141,11 @@ std::string twin_line(const protocol::LoopStatus& loop) {
   const protocol::TwinRemarks& twin = *loop.monitor.twin;
   std::string line = "twin: ";
   line += twin.judging == "here"      ? "judges"
-          : twin.judging == "outside" ? "not judged here (PV or CO is where the healthy record "
-                                        "never was)"
+          : twin.judging == "outside" ? "not judging (PV or CO outside the commissioned range)"
                                       : "not judged yet";
   if (twin.load_outside) {
-    line += fmt::format("   load outside {:+.3g} {} for {}", twin.load_outside->size, loop.pv_unit,
-                        age(twin.load_outside->since_s));
+    line += fmt::format("   disturbance {:+.3g} {} outside the commissioned range for {}",
+                        twin.load_outside->size, loop.pv_unit, age(twin.load_outside->since_s));
   }
   if (!twin.controller_not_watched.empty()) {
     line += fmt::format("   controller not watched: {}", twin.controller_not_watched);
@@ -260,11 +258,9 @@ std::string suppressed_note(const std::vector<protocol::Alarm>& alarms) {
   });
   if (count == 0) return {};
   return fmt::format(
-      "{} can't be raised at present, which is no fault: windows are still filling (minutes after "
-      "a start "
-      "or a change of mode) or can't be judged, or another alarm of the valve explains {} (--all "
-      "lists "
-      "{})\n",
+      "{} cannot be raised at present. This is normal: windows are still filling (minutes after a "
+      "start or a mode change), windows cannot be judged, or another alarm of the valve explains "
+      "{} (--all lists {})\n",
       count == 1 ? "1 alarm" : fmt::format("{} alarms", count), count == 1 ? "it" : "them",
       count == 1 ? "it" : "them");
 }
@@ -283,7 +279,7 @@ std::vector<std::string> loop_table(const std::vector<protocol::LoopStatus>& loo
     const std::string alarms = alarm_summary(loop);
     if (loop.out_of_service) shown = coloured("out of service: files have errors", Colour::red);
     if (loop.commissioning) {
-      shown += ", " + coloured("being commissioned by " + loop.commissioning->by, Colour::yellow);
+      shown += ", " + coloured("in maintenance by " + loop.commissioning->by, Colour::yellow);
     }
     if (!alarms.empty()) shown += ", " + coloured("ALARM " + alarms, Colour::red);
     lines.push_back(

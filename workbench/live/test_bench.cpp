@@ -69,11 +69,11 @@ LiveBench::LiveBench(const std::string& socket, std::string loop, const LiveLimi
   was_automatic_ = cycle.requested_mode == "AUTO";
   if (cycle.fault != "none" || !std::isfinite(start_) || !std::isfinite(start_pv_)) {
     throw TestAborted(
-        fmt::format("{} is not fit for a test: fault {}, CO or PV not known", loop_, cycle.fault));
+        fmt::format("{} is not ready for a test: fault {}, CO or PV unknown", loop_, cycle.fault));
   }
   if (start_ < limits_.co_low || start_ > limits_.co_high || start_pv_ < limits_.pv_low ||
       start_pv_ > limits_.pv_high) {
-    throw TestAborted(fmt::format("{} is outside of the limits given: CO {:.4g}, PV {:.4g}", loop_,
+    throw TestAborted(fmt::format("{} is outside the given limits: CO {:.4g}, PV {:.4g}", loop_,
                                   start_, start_pv_));
   }
   watch_interrupts();
@@ -95,7 +95,7 @@ control::Action LiveBench::action_in_force() {
   for (const auto& loop : protocol::ask(daemon_, protocol::DescribeRequest{}).loops) {
     if (loop.tag != loop_) continue;
     if (loop.control == "elsewhere") {
-      throw TestAborted(loop_ + " is controlled elsewhere: nothing of it can be ordered from here");
+      throw TestAborted(loop_ + " is controlled elsewhere: it cannot be commanded from here");
     }
     if (loop.action) {
       return *loop.action == "direct" ? control::Action::direct : control::Action::reverse;
@@ -161,7 +161,7 @@ std::vector<BenchRow> LiveBench::hold(double co, double seconds) {
     const protocol::LoopStatus now = status();
     if (requested_mode(now) != "MAN") {
       given_up_ = true;
-      throw TestAborted("somebody took the loop out of manual");
+      throw TestAborted("another user changed the mode from manual");
     }
     if (has_fault(now)) throw TestAborted("the loop has a fault: " + now.cycle->fault);
     std::this_thread::sleep_for(
@@ -181,7 +181,7 @@ void LiveBench::order_output(double co) {
     order({.output = co});
   } catch (const DaemonRefused& e) {
     given_up_ = out_of_manual();
-    throw TestAborted(given_up_ ? "somebody took the loop out of manual" : e.what());
+    throw TestAborted(given_up_ ? "another user changed the mode from manual" : e.what());
   }
 }
 
@@ -223,13 +223,13 @@ void LiveBench::put_back() noexcept {
   const char* const mode = was_automatic_ ? "auto" : "man";
   try {
     if (restore()) {
-      say(fmt::format("{}: output back at {:.4g}, mode {}\n", loop_, start_, mode));
+      say(fmt::format("{}: output returned to {:.4g}, mode {}\n", loop_, start_, mode));
     } else {
-      say(fmt::format("{}: not in manual any more, left as it is\n", loop_));
+      say(fmt::format("{}: no longer in manual, unchanged\n", loop_));
     }
   } catch (const std::exception& e) {
     if (limits_.not_put_back) limits_.not_put_back();
-    say(fmt::format("{}: could not be put back (output {:.4g}, mode {}): {}\n", loop_, start_, mode,
+    say(fmt::format("{}: could not be restored (output {:.4g}, mode {}): {}\n", loop_, start_, mode,
                     e.what()));
   }
 }

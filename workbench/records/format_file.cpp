@@ -2,7 +2,6 @@
 #include "workbench/records/format_file.hpp"
 
 #include <array>
-#include <optional>
 #include <utility>
 
 #include "config/document.hpp"

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reads the layout of an export from a small YAML file (docs/import.md lists every key).
+// Reads the layout of an export from a small YAML file (docs/reference/import-formats.md lists
+// every key).
 #pragma once
 
 #include <filesystem>

@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <set>
 
@@ -75,12 +74,12 @@ std::string archive_text(const char* signal, const analysis::ArchivedSignal& fou
 
 void RecordInput::add_options(Command& command, bool one_loop) {
   Command reading = command.group("Reading of the record");
-  if (one_loop)
-    reading.option("--loop", loop_, "of a file with several loops the one with this tag");
+  if (one_loop) reading.option("--loop", loop_, "tag of the loop, if a file has several loops");
   reading.option(
       "--map", map_,
       "columns or tags by role: pv=FIC101.PV,co=FIC101.OP,sp=FIC101.SP (also stem, mode)");
-  reading.option("--format", format_, "YAML with the layout of the export (docs/import.md)");
+  reading.option("--format", format_,
+                 "YAML with the layout of the export (docs/reference/import-formats.md)");
   reading.option(
       "--time", time_,
       "form of the times: seconds, milliseconds, microseconds, nanoseconds, minutes or "
@@ -88,8 +87,9 @@ void RecordInput::add_options(Command& command, bool one_loop) {
       "excel, ymd, dmy, mdy",
       one_of({"seconds", "milliseconds", "microseconds", "nanoseconds", "minutes", "hours",
               "epoch-s", "epoch-ms", "epoch-us", "epoch-ns", "excel", "ymd", "dmy", "mdy"}));
-  reading.option("--time-column", time_column_, "its name, or its number from 1");
-  reading.option("--zone", zone_, "of local times: +01:00, UTC");
+  reading.option("--time-column", time_column_,
+                 "name of the column of times, or its number from 1");
+  reading.option("--zone", zone_, "time zone of local times: +01:00, UTC");
   reading.option("--delimiter", delimiter_, "comma, semicolon, tab, bar, space or one character");
   reading.option("--decimal", decimal_, "point or comma", one_of({"point", "comma"}));
   reading.option("--encoding", encoding_, "utf-8, utf-16 or latin-1",
@@ -97,7 +97,7 @@ void RecordInput::add_options(Command& command, bool one_loop) {
   reading.option("--header-rows", header_rows_, "lines before the first row of data",
                  between(0, 1000));
   reading.option("--bad-value", bad_values_, "a word for a bad value; may be given several times");
-  reading.option("--period", period_s_, "s, of the samples; default: chosen from the data",
+  reading.option("--period", period_s_, "period of the samples, s; default: chosen from the data",
                  between(1e-6, 1e7));
   reading.option("--fill", fill_, "between values that an archive stored: held or linear",
                  one_of({"held", "linear"}));
@@ -107,7 +107,7 @@ void RecordInput::add_rules(Command& command) {
   command.group("Reading of the record")
       .option("--rules", rules_,
               "YAML with the site's rules: which columns or tags are which signal of which loop, "
-              "units, ranges, words for modes (docs/import.md)");
+              "units, ranges, words for modes (docs/reference/import-formats.md)");
 }
 
 record::ImportOptions RecordInput::options() const {
@@ -183,50 +183,32 @@ void draw_for_judging(record::Imported& imported) {
     }
   };
   draw(imported.record.pv, imported.notes.pv);
-  if (imported.record.has_co) draw(imported.record.co, imported.notes.co);
+  if (!imported.record.co.empty()) draw(imported.record.co, imported.notes.co);
 }
 
 std::size_t leave_out_manual(record::Record& r) {
-  if (!r.has_mode) return 0;
+  if (r.automatic.empty()) return 0;
   std::size_t left_out = 0;
   for (std::size_t k = 0; k < r.size(); ++k) {
     if (r.automatic[k] != 0.0) continue;
     r.pv[k] = std::numeric_limits<double>::quiet_NaN();
-    if (r.has_co) r.co[k] = std::numeric_limits<double>::quiet_NaN();
+    if (!r.co.empty()) r.co[k] = std::numeric_limits<double>::quiet_NaN();
     ++left_out;
   }
   return left_out;
 }
 
 std::size_t telling_part(const record::Record& r, std::size_t length) {
-  const auto known = [](bool has, const std::vector<double>& column) {
-    return has ? std::span<const double>(column) : std::span<const double>();
-  };
-  return analysis::telling_stretches({.pv = r.pv,
-                                      .co = known(r.has_co, r.co),
-                                      .sp = known(r.has_sp, r.sp),
-                                      .automatic = known(r.has_mode, r.automatic)},
-                                     length, 1)
-      .front();
+  return analysis::telling_stretches(r.view(), length, 1).front();
 }
 
 void keep_telling_part(record::Record& r, std::size_t most, const std::string& name) {
   if (r.size() <= 2 * most) return;
   const std::size_t all = r.size();
-  const auto from = static_cast<std::ptrdiff_t>(telling_part(r, most));
-  for (std::vector<double>* column : {&r.time_s, &r.pv, &r.sp, &r.co, &r.stem, &r.automatic}) {
-    if (column->empty()) continue;
-    *column = std::vector<double>(column->begin() + from,
-                                  column->begin() + from + static_cast<std::ptrdiff_t>(most));
-  }
-  const auto missing = [](const std::vector<double>& column) {
-    return static_cast<std::size_t>(
-        std::count_if(column.begin(), column.end(), [](double v) { return std::isnan(v); }));
-  };
-  r.missing_pv = missing(r.pv);
-  r.missing_sp = missing(r.sp);
-  r.missing_co = missing(r.co);
-  r.missing_stem = missing(r.stem);
+  const std::size_t from = telling_part(r, most);
+  r.time_s.erase(r.time_s.begin(), r.time_s.begin() + static_cast<std::ptrdiff_t>(from));
+  r.time_s.resize(most);
+  static_cast<numeric::LoopRecord&>(r) = r.part(from, from + most);
   fmt::print(stderr, "{}: {} samples: the {:g} s from {:g} s on, in which most moves\n", name, all,
              r.time_s.back() - r.time_s.front(), r.time_s.front());
 }
@@ -259,7 +241,9 @@ std::string rules_text(const record::Importer& importer, bool with_rules) {
       if (shown++ < kMost) text += (shown > 1 ? ", " : "") + base::in_quotes(name);
     }
     if (shown > kMost) text += ", ...";
-    text += with_rules ? "\n" : "; --rules RULES.yaml assigns them to loops (docs/import.md)\n";
+    text += with_rules
+                ? "\n"
+                : "; --rules RULES.yaml assigns them to loops (docs/reference/import-formats.md)\n";
   }
   for (const std::string& rule : importer.idle_rules()) text += rule + "\n";
   return text;

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "workbench/records/recorder_input.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <charconv>
 #include <chrono>

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reads the rules of a site for the names of its columns and tags (docs/import.md lists every key).
+// Reads the rules of a site for the names of its columns and tags (docs/reference/import-formats.md
+// lists every key).
 #pragma once
 
 #include <filesystem>

@@ -36,7 +36,7 @@ std::string stages_table(const twin::Commissioning& made) {
          rows + "</tbody></table>\n";
 }
 
-std::string pictures(const twin::Commissioning& made, const gap::Record& record) {
+std::string pictures(const twin::Commissioning& made, const numeric::LoopRecord& record) {
   const std::size_t every = std::max<std::size_t>(1, record.size() / kDrawnSamples);
   const std::vector<double> time =
       time_axis((record.size() + every - 1) / every, record.period_s * static_cast<double>(every));
@@ -63,7 +63,7 @@ std::string pictures(const twin::Commissioning& made, const gap::Record& record)
 
 std::string effects_list(const twin::Commissioning& made) {
   if (made.effects.empty()) return "";
-  std::string text = "<h2>What the model lacked, in the order in which it was found</h2>\n<ul>\n";
+  std::string text = "<h2>Missing effects, in the order of their discovery</h2>\n<ul>\n";
   for (const gap::FoundEffect& effect : made.effects) {
     const effects::Descriptor* info = effects::find_word(effect.spec.name);
     std::string size;
@@ -79,13 +79,13 @@ std::string effects_list(const twin::Commissioning& made) {
 }  // namespace
 
 std::string commission_page(const twin::Commissioning& made,
-                            const CommissionDetectability& seen_here, const gap::Record& record,
-                            double seconds) {
+                            const CommissionDetectability& seen_here,
+                            const numeric::LoopRecord& record, double seconds) {
   std::string body = fmt::format("<p><b>{}</b>: {}</p>\n",
                                  base::in_words(twin::to_text(made.outcome)), escaped(made.why));
   for (const std::string& note : made.notes) body += fmt::format("<p>{}</p>\n", escaped(note));
   if (!seen_here.twin.empty()) {
-    body += "<h2>What the twin sees on this loop</h2>\n<table><tbody>";
+    body += "<h2>Detection limits of the twin</h2>\n<table><tbody>";
     for (const twin::TwinSeen& seen : seen_here.twin) {
       body += fmt::format("<tr><td>{}</td><td>{}</td></tr>\n", to_text(seen.change),
                           escaped(seen_text(seen)));
@@ -94,16 +94,16 @@ std::string commission_page(const twin::Commissioning& made,
   }
   if (const std::optional<twin::Detectability>& detectability = seen_here.specialists) {
     body +=
-        "<h2>What can be seen on this loop</h2>\n<p>Found in 95 % of the simulated windows that "
-        "hold a "
-        "set-point move of this loop's size, with its noise and load.</p>\n<table><tbody>";
+        "<h2>Detection limits of the specialists</h2>\n<p>Found in 95 % of the simulated windows "
+        "with a set-point move of this loop's size, with its noise and "
+        "disturbance.</p>\n<table><tbody>";
     for (const twin::Seen& seen : detectability->seen) {
       body += fmt::format("<tr><td>{}</td><td>{}</td></tr>\n", specialist::to_text(seen.condition),
                           escaped(seen_text(seen)));
     }
     body += fmt::format(
-        "</tbody></table>\n<p>False alarms: {} in {:.0f} simulated healthy hours; at most {:.0f} a "
-        "year (95 %).</p>\n",
+        "</tbody></table>\n<p>False alarms: {} in {:.0f} simulated healthy hours (95 % upper "
+        "bound: {:.0f} per year).</p>\n",
         detectability->false_alarms, detectability->simulated_years * 8766.0,
         detectability->false_alarms_per_year);
   }

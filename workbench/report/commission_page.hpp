@@ -11,7 +11,7 @@ namespace loopwarden::workbench {
 // Returns a self-contained page: the measured PV against the model after each step, and the effects
 // that the loop can detect.
 std::string commission_page(const twin::Commissioning& made,
-                            const CommissionDetectability& detectability, const gap::Record& record,
-                            double seconds);
+                            const CommissionDetectability& detectability,
+                            const numeric::LoopRecord& record, double seconds);
 
 }  // namespace loopwarden::workbench

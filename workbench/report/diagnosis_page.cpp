@@ -8,7 +8,7 @@
 #include <cmath>
 #include <limits>
 
-#include "model/diagnosis/scales.hpp"
+#include "model/diagnosis/time_scales.hpp"
 #include "model/effects/backlash/backlash.hpp"
 #include "model/numeric/statistics.hpp"
 #include "workbench/report/chart.hpp"

@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
 #include <limits>
@@ -200,7 +199,7 @@ class Page {
          fmt::format("of span: {} &rarr; {} PV units; noise floor {}",
                      plain_number(before.holdout_rmse), plain_number(after.holdout_rmse),
                      plain_number(result_.floor.rmse())));
-    tile("Noise floor, transmitter and load",
+    tile("Noise floor, transmitter and disturbance",
          fmt::format("{} and {}", plain_number(result_.floor.transmitter_rmse),
                      plain_number(result_.floor.load_rmse)),
          load_words());
@@ -215,9 +214,9 @@ class Page {
            "CO units; controller from SP and PV");
     }
     if (result_.remainder) {
-      tile("Left on the held-back part", plain_number(result_.remainder->rmse),
+      tile("Remaining error on the held-back part", plain_number(result_.remainder->rmse),
            result_.remainder->depends_on.empty()
-               ? "PV units; not seen to follow SP or CO"
+               ? "PV units; it does not follow SP or CO"
                : "PV units; it follows " + depends_on_words(*result_.remainder));
     }
     if (result_.load_intensity > 0.0) {
@@ -230,7 +229,8 @@ class Page {
         if (!(effect.confidence >= least)) least = effect.confidence;  // NaN as well
       }
       tile("How sure", sureness(least),
-           result_.effects.size() > 1 ? "of the least sure name" : "that the name is right");
+           result_.effects.size() > 1 ? "confidence of the least certain name"
+                                      : "probability that the name is right");
     }
     add("</dl>\n");
   }
@@ -238,10 +238,11 @@ class Page {
   std::string load_words() const {
     const gap::Floor& floor = result_.floor;
     if (!floor.load_tested) {
-      return "PV units; what is left can't be tested for a load: " + escaped(floor.why_not_tested);
+      return "PV units; the remaining error cannot be tested for a disturbance: " +
+             escaped(floor.why_not_tested);
     }
-    return floor.load_rmse > 0.0 ? "PV units; what is left does not follow SP or CO"
-                                 : "PV units; the remaining error does not look like a load";
+    return floor.load_rmse > 0.0 ? "PV units; the remaining error does not follow SP or CO"
+                                 : "PV units; the remaining error does not look like a disturbance";
   }
 
   static std::string depends_on_words(const gap::Remainder& remainder) {
@@ -255,7 +256,7 @@ class Page {
   void refusal() {
     if (result_.check.usable) return;
     add("<div class=\"refusal\"><h3>Why</h3><p>{}</p></div>\n",
-        result_.check.refusal.empty() ? "No reason was given." : escaped(result_.check.refusal));
+        result_.check.refusal.empty() ? "No reason given." : escaped(result_.check.refusal));
   }
 
   void missing() {
@@ -274,7 +275,7 @@ class Page {
       if (!effect.alternatives.empty()) {
         add("<p>This record can't distinguish it from: {}.</p>", join_words(effect.alternatives));
       }
-      if (info != nullptr) add("<p><b>What to do.</b> {}</p>", escaped(info->remedy));
+      if (info != nullptr) add("<p><b>Action.</b> {}</p>", escaped(info->remedy));
       add("</div>\n");
     }
   }
@@ -295,9 +296,8 @@ class Page {
 
   void located() {
     if (result_.located.empty()) return;
-    add("<h2>Where they part</h2>\n"
-        "<p class=\"note\">The squared residual of the model as given, split three ways. The spans "
-        "lead to the plots.</p>\n");
+    add("<h2>Location of the error</h2>\n<p class=\"note\">The squared residual of the model as "
+        "given, split in three ways. The spans link to the plots.</p>\n");
     for (const auto& [by, title] :
          {std::pair{gap::LocatedBy::block, "By block"}, std::pair{gap::LocatedBy::time, "By time"},
           std::pair{gap::LocatedBy::condition, "By condition"}}) {
@@ -533,8 +533,8 @@ class Page {
     }
     add("<h2>Again</h2>\n<p class=\"note\">{}</p>\n",
         context_.record_stays ? "The same record and model give the same result."
-                              : "The record is of the daemon's recorder; where the daemon had this "
-                                "report made, it is not kept.");
+                              : "The record is from the daemon's recorder. If the daemon requested "
+                                "this report, the record is not stored.");
     if (!lines.empty()) add("<pre>{}</pre>\n", escaped(lines));
   }
 

@@ -170,7 +170,7 @@ std::string still(const TimePlot& plot, const TimeAxis& axis, double holdout_fro
                            .to = axis.time_s(axis.last()),
                            .colour = palette::kSoft,
                            .opacity = 0.1,
-                           .meaning = "held back"});
+                           .meaning = "held out"});
   }
   for (const Shade& shade : plot.shades) {
     chart.bands.push_back({.from = shade.from_s,
@@ -266,9 +266,8 @@ std::string tools(const gap::Result& result, const TimeAxis& axis) {
          "picture\">PNG</button>"
          "<button type=\"button\" data-act=\"csv\" aria-label=\"save what is shown as a "
          "table\">CSV</button>"
-         "<span class=\"note\">Drag to select a span; twice a click shows all. Ctrl + wheel zooms; "
-         "after "
-         "a click the wheel alone and + &minus; 0 &larr; &rarr; do.</span>"
+         "<span class=\"note\">Drag to zoom in, double-click to reset. Ctrl + wheel zooms. After a "
+         "click, the wheel and the keys + &minus; 0 &larr; &rarr; zoom and move.</span>"
          "<output id=\"span\"></output></div>";
 }
 
@@ -413,18 +412,17 @@ class Plots {
   }
 
   TimePlot residual() const {
-    TimePlot residual{
-        .id = "residual",
-        .title = "Residual",
-        .text =
-            "measured PV minus model. Shaded: where the gap was located, darker for a larger "
-            "share. Dotted: the noise floor.",
-        .unit = "PV units",
-        .height = 230.0,
-        .curves = {},
-        .zero_line = true,
-        .floor = std::isfinite(result_.floor.rmse()) ? result_.floor.rmse() : 0.0,
-        .shades = shades_of(result_, axis_)};
+    TimePlot residual{.id = "residual",
+                      .title = "Residual",
+                      .text =
+                          "measured PV minus model. Shaded: largest errors, darker for a larger "
+                          "share. Dotted: the noise floor.",
+                      .unit = "PV units",
+                      .height = 230.0,
+                      .curves = {},
+                      .zero_line = true,
+                      .floor = std::isfinite(result_.floor.rmse()) ? result_.floor.rmse() : 0.0,
+                      .shades = shades_of(result_, axis_)};
     add(residual.curves, given_name_, "before", residual_before_);
     if (changed_) add(residual.curves, "corrected model", "after", residual_after_);
     return residual;

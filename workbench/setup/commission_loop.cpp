@@ -65,7 +65,7 @@ Outcome commission(Setup& setup) {
   Dialogue& dialogue = setup.dialogue;
   const std::string record = setup.state().found("record");
   if (record.empty()) {
-    dialogue.say("  It needs the record, which was left.");
+    dialogue.say("  This step needs the record, which was skipped.");
     return Outcome::left;
   }
   const config::LoopConfig loop = setup.loop();
@@ -143,8 +143,8 @@ std::string what_waits(const Setup& setup) {
     const std::int64_t started_ms = protocol::ask(daemon, protocol::DescribeRequest{}).started_ms;
     if (!twin.empty() && written_ms(twin) > started_ms) {
       return fmt::format(
-          "{}: {} is newer than the daemon's start. Restart the daemon (`systemctl "
-          "restart loopwardend`). Every loop takes its stop action meanwhile.",
+          "{}: {} is newer than the daemon's start. Restart the daemon (`systemctl restart "
+          "loopwardend`). Until it runs again, every loop is in its stop action.",
           setup.tag, twin.string());
     }
     return {};

@@ -31,13 +31,13 @@ void check_in_force(const Setup& setup, DaemonClient& daemon) {
 bool agreed(Setup& setup, const std::string& what_moves) {
   Dialogue& dialogue = setup.dialogue;
   if (!dialogue.person().has_keys()) {
-    throw TestAborted("this step moves the valve: it needs a terminal, and a person at its keys");
+    throw TestAborted("this step moves the valve: it needs a terminal with an operator");
   }
   DaemonClient daemon(setup.socket);
   check_in_force(setup, daemon);
   dialogue.say("  " + what_moves);
   const std::string typed = dialogue.ask_now(
-      fmt::format("  Type {} to go on, or Enter to leave this step", setup.tag),
+      fmt::format("  Type {} to continue, or press Enter to skip this step", setup.tag),
       [&](const std::string& answer) -> std::string {
         return answer.empty() || answer == setup.tag ? "" : "type the tag, or only Enter";
       });
@@ -103,7 +103,7 @@ double check_inside(const protocol::LoopStatus& loop, const LiveLimits& limits) 
   if (cycle.fault != "none") throw TestAborted("the loop has a fault: " + cycle.fault);
   if (!(cycle.co >= limits.co_low && cycle.co <= limits.co_high && cycle.pv >= limits.pv_low &&
         cycle.pv <= limits.pv_high)) {
-    throw TestAborted(fmt::format("the loop is outside of the limits by now: CO {:.4g}, PV {:.4g}",
+    throw TestAborted(fmt::format("the loop is now outside its limits: CO {:.4g}, PV {:.4g}",
                                   cycle.co, cycle.pv));
   }
   return cycle.co;

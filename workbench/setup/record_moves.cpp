@@ -91,7 +91,7 @@ class InAutomatic {
   void abandon(const char* why) noexcept {
     session_.abandon();
     try {
-      dialogue_.say(fmt::format("  The output could not be put back to {:.4g}: {}", output_, why));
+      dialogue_.say(fmt::format("  The output could not be returned to {:.4g}: {}", output_, why));
       session_.set({.mode = "man"});
     } catch (const std::exception&) {  // the daemon does it without a command
     }
@@ -189,10 +189,9 @@ void settle(Watched& loop, double set_point, double near) {
     return there;
   });
   if (!there) {
-    throw TestAborted(
-        fmt::format("PV does not stay within {:.3g} of {:.4g}: the gains, or the "
-                    "valve, are not fit for a record",
-                    near, set_point));
+    throw TestAborted(fmt::format(
+        "PV does not stay within {:.3g} of {:.4g}. Check the gains and the valve before you record",
+        near, set_point));
   }
 }
 
@@ -202,17 +201,19 @@ Outcome record_moves(Setup& setup) {
   Dialogue& dialogue = setup.dialogue;
   const config::LoopConfig loop = setup.loop();
   const bool ours = !setup.elsewhere();
+  const std::string minutes = fmt::format("{:g} {}", setup.record_minutes,
+                                          setup.record_minutes == 1.0 ? "minute" : "minutes");
   if (ours &&
       !agreed(setup, fmt::format("The loop is put in automatic with its present gains, and "
-                                 "its set point moves for {:g} minutes. Then it is in manual. "
+                                 "its set point moves for {}. Then it is in manual. "
                                  "Any key ends it, and the output returns to its present value.",
-                                 setup.record_minutes))) {
+                                 minutes))) {
     return Outcome::left;
   }
   if (!ours &&
       !dialogue.yes_now(fmt::format("  Can you move the set point at its own controller, in "
-                                    "automatic, for {:g} minutes",
-                                    setup.record_minutes))) {
+                                    "automatic, for {}",
+                                    minutes))) {
     return Outcome::left;
   }
   DaemonClient daemon(setup.socket);

@@ -62,7 +62,7 @@ int run_steps(Setup& setup) {
       if (outcome == Outcome::left) exit_code = kExitTryAgain;
       setup.state().set_step(name, outcome == Outcome::left ? "left" : "done");
       if (outcome == Outcome::not_needed) dialogue.say("  Nothing to do here.");
-      if (outcome == Outcome::left) dialogue.say("  Left; it is asked again next time.");
+      if (outcome == Outcome::left) dialogue.say("  Skipped. Setup offers it again next time.");
     } catch (const Back& back) {
       const std::string_view wanted = question(back.question).step;
       while (i > 0 && protocol::kSetupSteps[i].name != wanted) --i;

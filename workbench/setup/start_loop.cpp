@@ -58,8 +58,7 @@ Outcome start_loop(Setup& setup) {
   }
   if (!dialogue.yes_now("  Do these agree with what the devices and the plant show")) {
     throw TestAborted(
-        fmt::format("register, type or scaling are wrong: mend {} and restart the "
-                    "daemon",
+        fmt::format("register, type or scaling is wrong. Correct {} and restart the daemon",
                     setup.loop_file().string()));
   }
   return Outcome::done;

@@ -122,8 +122,8 @@ Outcome stroke_valve(Setup& setup) {
   const double pv_span = loop.pv.high - loop.pv.low;
   if (std::abs(rise) < 0.01 * pv_span) {
     throw TestAborted(
-        fmt::format("PV moved by only {:.2g} {}: does the pump run, is a hand valve "
-                    "shut, are the limits too narrow?",
+        fmt::format("PV moved by only {:.2g} {}. Check that the pump runs, that no hand valve is "
+                    "shut, and that the limits are wide enough",
                     rise, loop.pv_unit));
   }
   const control::Action right = rise > 0.0 ? control::Action::reverse : control::Action::direct;
@@ -153,8 +153,7 @@ Outcome stroke_valve(Setup& setup) {
         percent, 100.0 * rms(between) / span);
     constexpr double kMost_percent = 10.0;
     if (percent > kMost_percent) {
-      throw TestAborted(found +
-                        ": scaling of command or read-back is wrong, or the valve is not fit");
+      throw TestAborted(found + ": check the scaling of command and read-back, and the valve");
     }
   }
   dialogue.say("  " + found);

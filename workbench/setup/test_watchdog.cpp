@@ -10,7 +10,6 @@
 #include <optional>
 #include <string>
 #include <thread>
-#include <utility>
 #include <vector>
 
 #include "daemon/protocol/ask.hpp"
@@ -112,7 +111,9 @@ Outcome test_watchdog(Setup& setup) {
   const config::LoopConfig loop = setup.loop();
   const auto* io = std::get_if<hal::modbus::LoopModbusSettings>(&loop.io);
   if (io == nullptr || io->comm_loss.protection == CommLossProtection::none_accepted) {
-    dialogue.say("  Its file names no watchdog of a device: with the cable out the valve stays.");
+    dialogue.say(
+        "  The loop's file names no watchdog of a device. If the cable is cut, the valve stays "
+        "where it is.");
     return Outcome::not_needed;
   }
   const double timeout_s = io->comm_loss.timeout_s;
@@ -121,8 +122,9 @@ Outcome test_watchdog(Setup& setup) {
   const double silent_s = timeout_s + on_its_way_s + 5.0;
   constexpr double kLongest_s = 300.0;  // for which the daemon withholds commands
   if (silent_s > kLongest_s) {
-    dialogue.say(
-        fmt::format("  {:g} s are too long for this test: pull the cable, and look.", timeout_s));
+    dialogue.say(fmt::format(
+        "  {:g} s is too long for this test. Disconnect the cable and observe the valve.",
+        timeout_s));
     return Outcome::left;
   }
   if (!agreed(
@@ -185,9 +187,9 @@ Outcome test_watchdog(Setup& setup) {
   }
   if (const std::string why = seen->why_not(); !why.empty()) {
     throw TestAborted(fmt::format(
-        "{}. The device's watchdog is off, its time is not {:g} s, or reading keeps it quiet: the "
-        "daemon continues to read meanwhile, and some devices take that for a sign of life. Set "
-        "it; or pull the cable, and look; or state comm_loss: none_accepted in {}",
+        "{}. The device's watchdog is off, its time is not {:g} s, or reading resets it: the "
+        "daemon continues to read, which resets the watchdog of some devices. Set the watchdog, or "
+        "disconnect the cable and observe the valve, or state comm_loss: none_accepted in {}",
         why, timeout_s, loop.file));
   }
   if (!fitted) {

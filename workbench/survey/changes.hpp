@@ -48,14 +48,14 @@ struct Comparing {
 //  "areas": [{"area", "loops", "findings", "cost_per_hour", CHANGE: loops}],
 //  "loops": [{"tag", "change", "area", "criticality", "cost_per_hour", "now", "before", "grade",
 //  "since", "next", "found"}], "not_in_survey": [tags of the weights]}
-// A finding is a valve effect or another cause. A finding that is held back does not count. CHANGE
+// A finding is a valve effect or another cause. A finding that is suppressed does not count. CHANGE
 // is one of:
 // - new
 // - worse, better: the size is kGrown times the earlier size, or less than 1 / kGrown of it. The
 //   size of another cause is the rms of SP - PV.
 // - same
 // - gone: healthy now
-// - rejected: held back now
+// - rejected: suppressed now
 // - unknown: not decidable now, or not in `now`
 // Loops are sorted by change, criticality, cost and rank.
 nlohmann::json compare_surveys(const nlohmann::json& now, const nlohmann::json& before,

@@ -36,7 +36,7 @@ std::string span_text(const json& span) {
   constexpr std::size_t kDay = 10;
   const std::string from = words_at(span, "from").substr(0, kDay);
   const std::string to = words_at(span, "to").substr(0, kDay);
-  if (from.empty()) return "a survey without a clock";
+  if (from.empty()) return "a survey without dates";
   return from == to ? from : from + " to " + to;
 }
 

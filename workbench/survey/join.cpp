@@ -39,7 +39,7 @@ double score_of(const json& loop) {
          10.0 * number(loop, "saturated") + 10.0 * (1.0 - number(loop, "share_automatic", 1.0));
 }
 
-// Returns the rank in the list: seen 2, likely 1, all others 0. A finding that is held back has
+// Returns the rank in the list: seen 2, likely 1, all others 0. A finding that is suppressed has
 // rank 0.
 int step_of(const json& loop) {
   if (!is(loop, "verdict", "valve_effect") || loop.at("held_back").get<bool>()) return 0;
@@ -64,8 +64,8 @@ std::string day_of(const json& outcome) {
 NextStep next_step(const json& loop) {
   if (loop.at("held_back").get<bool>()) {
     return {"nothing",
-            fmt::format("no fault was found on {} at {:.2g} %: held back until it has "
-                        "grown by half",
+            fmt::format("a technician found no fault on {} at {:.2g} %: suppressed until the size "
+                        "has grown by half",
                         day_of(loop["outcome"]), loop["outcome"]["percent_of_span"].get<double>())};
   }
   if (is(loop, "verdict", "valve_effect") && is(loop, "grade", "likely")) {
@@ -74,7 +74,7 @@ NextStep next_step(const json& loop) {
   if (is(loop, "verdict", "valve_effect")) {
     return {"repair",
             "look at packing, actuator and positioner of the valve; until then a compensator or a "
-            "wider dead band keeps it quiet"};
+            "wider dead band reduces the cycling"};
   }
   const bool follows = loop.contains("likely_source") && loop["likely_source"].is_string() &&
                        loop["likely_source"] != loop.at("tag");
@@ -106,11 +106,11 @@ NextStep next_step(const json& loop) {
       return {"look upstream", "it follows its set point: look at the loop that writes it"};
     }
     return {"look upstream",
-            follows ? "it swings with " + loop["likely_source"].get<std::string>() +
+            follows ? "it oscillates with " + loop["likely_source"].get<std::string>() +
                           ": look there first"
-                    : "something outside swings it: look for a loop with the same period"};
+                    : "an external oscillation drives it: look for a loop with the same period"};
   }
-  if (is(loop, "verdict", "healthy")) return {"nothing", "valve and loop do what they should"};
+  if (is(loop, "verdict", "healthy")) return {"nothing", "valve and loop are healthy"};
   return {"look closer", loop.at("settle").is_string() ? loop["settle"].get<std::string>()
                                                        : "more data of the loop in automatic"};
 }

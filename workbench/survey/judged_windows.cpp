@@ -51,23 +51,18 @@ std::vector<Stretch> stretches_of(const record::Record& r) {
   return stretches;
 }
 
-DiagnosedWindow judge_stretch(const record::Record& r, Stretch stretch, diagnosis::LoopKind kind,
+DiagnosedWindow judge_stretch(const record::Record& r, Stretch stretch, diagnosis::LoopType kind,
                               const std::vector<double>& co_range,
                               const diagnosis::Archived& archived) {
-  const std::span<const double> pv = part_of(true, r.pv, stretch);
-  const std::span<const double> co = part_of(true, r.co, stretch);
+  numeric::LoopView part = r.view().part(stretch.from, stretch.from + stretch.size);
+  part.co_low = co_range[0];
+  part.co_high = co_range[1];
   DiagnosedWindow window;
   window.from_s = r.time_s[stretch.from];
   window.to_s = r.time_s[stretch.from + stretch.size - 1];
   window.period_s = r.period_s;
-  window.diagnosis = diagnosis::diagnose({.pv = pv,
-                                          .co = co,
-                                          .sp = part_of(r.has_sp, r.sp, stretch),
-                                          .sample_time_s = r.period_s,
-                                          .co_low = co_range[0],
-                                          .co_high = co_range[1]},
-                                         kind);
-  window.sees_from = diagnosis::sees_from(pv, co, archived);
+  window.diagnosis = diagnosis::diagnose(part, kind);
+  window.sees_from = diagnosis::sees_from(part.pv, part.co, archived);
   return window;
 }
 

@@ -5,11 +5,10 @@
 #pragma once
 
 #include <cstddef>
-#include <span>
 #include <vector>
 
 #include "model/diagnosis/archive_rule.hpp"
-#include "model/diagnosis/kind.hpp"
+#include "model/diagnosis/loop_type.hpp"
 #include "record/record_csv.hpp"
 #include "workbench/text/diagnose_text.hpp"
 
@@ -22,14 +21,8 @@ struct Stretch {
 
 std::vector<Stretch> stretches_of(const record::Record& r);
 
-// Returns a part of a column; empty if the record does not have the column.
-inline std::span<const double> part_of(bool has, const std::vector<double>& column,
-                                       Stretch stretch) {
-  return has ? std::span(column).subspan(stretch.from, stretch.size) : std::span<const double>();
-}
-
 // Judges one stretch separately. `r`: without its samples in manual.
-DiagnosedWindow judge_stretch(const record::Record& r, Stretch stretch, diagnosis::LoopKind kind,
+DiagnosedWindow judge_stretch(const record::Record& r, Stretch stretch, diagnosis::LoopType kind,
                               const std::vector<double>& co_range,
                               const diagnosis::Archived& archived);
 

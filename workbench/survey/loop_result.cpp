@@ -116,8 +116,8 @@ json trend_of(const record::Record& r, const std::vector<double>& values) {
 json picture_of(const record::Record& r, std::size_t zoom_from, std::size_t zoom_size) {
   json picture = {
       {"from_s", r.time_s.front()}, {"to_s", r.time_s.back()}, {"pv", trend_of(r, r.pv)}};
-  if (r.has_co) picture["co"] = trend_of(r, r.co);
-  if (r.has_sp) picture["sp"] = trend_of(r, r.sp);
+  if (!r.co.empty()) picture["co"] = trend_of(r, r.co);
+  if (!r.sp.empty()) picture["sp"] = trend_of(r, r.sp);
   const std::size_t step = std::max<std::size_t>(1, zoom_size / kZoomSamples);
   json zoom = {{"from_s", r.time_s[zoom_from]}, {"step_s", r.period_s * static_cast<double>(step)}};
   const auto cut = [&](const std::vector<double>& values) {
@@ -127,8 +127,8 @@ json picture_of(const record::Record& r, std::size_t zoom_from, std::size_t zoom
     return out;
   };
   zoom["pv"] = cut(r.pv);
-  if (r.has_co) zoom["co"] = cut(r.co);
-  if (r.has_sp) zoom["sp"] = cut(r.sp);
+  if (!r.co.empty()) zoom["co"] = cut(r.co);
+  if (!r.sp.empty()) zoom["sp"] = cut(r.sp);
   picture["zoom"] = std::move(zoom);
   return picture;
 }
@@ -186,17 +186,14 @@ Stretch stretches_in(std::span<const Stretch> stretches, Stretch cut) {
 
 WindowFindings findings_of(const record::Record& r, Stretch cut,
                            const std::vector<double>& co_range) {
-  return diagnosis::judge_window({.pv = part_of(true, r.pv, cut),
-                                  .co = part_of(true, r.co, cut),
-                                  .sp = part_of(r.has_sp, r.sp, cut),
-                                  .automatic = part_of(r.has_mode, r.automatic, cut),
-                                  .sample_time_s = r.period_s,
-                                  .co_low = co_range[0],
-                                  .co_high = co_range[1]});
+  numeric::LoopView part = r.view().part(cut.from, cut.from + cut.size);
+  part.co_low = co_range[0];
+  part.co_high = co_range[1];
+  return diagnosis::judge_window(part);
 }
 
 // Judges the loop's stretches and returns them.
-std::vector<Stretch> judge_stretches(const record::Imported& imported, diagnosis::LoopKind kind,
+std::vector<Stretch> judge_stretches(const record::Imported& imported, diagnosis::LoopType kind,
                                      DiagnosedLoop& loop) {
   const record::ImportNotes& notes = imported.notes;
   record::Record in_automatic = imported.record;
@@ -275,8 +272,8 @@ json judge_loop(record::Imported imported, const SurveySettings& settings) {
   json moves = moves_json(imported.record, imported.notes);
   draw_for_judging(imported);
   const std::string& told = settings.kind.empty() ? imported.notes.kind : settings.kind;
-  const diagnosis::LoopKind kind =
-      told.empty() ? diagnosis::kind_from_tag(imported.notes.tag) : *diagnosis::loop_kind(told);
+  const diagnosis::LoopType kind = told.empty() ? diagnosis::loop_type_from_tag(imported.notes.tag)
+                                                : *diagnosis::loop_type(told);
   const std::vector<Stretch> stretches = judge_stretches(imported, kind, loop);
   const std::vector<Stretch> cuts = cuts_of(imported.record, settings.window_s);
   const std::vector<SurveyWindow> windows = judged_windows(imported.record, stretches, cuts, loop);

@@ -200,7 +200,7 @@ TimedLoop timed_loop(const record::Record& record, const record::ImportNotes& no
         static_cast<double>(notes.start->whole_s) + notes.start->rest_s - record.time_s.front();
   }
   for (std::size_t k = first; k < record.size(); ++k) {
-    const bool by_hand = record.has_mode && record.automatic[k] == 0.0;
+    const bool by_hand = !record.automatic.empty() && record.automatic[k] == 0.0;
     loop.pv.push_back(static_cast<float>(by_hand ? kMissing : record.pv[k]));
     loop.co.push_back(static_cast<float>(by_hand ? kMissing : record.co[k]));
   }

@@ -5,7 +5,6 @@
 
 #include <fstream>
 #include <map>
-#include <mutex>
 #include <set>
 #include <nlohmann/json.hpp>
 #include <utility>
@@ -221,7 +220,7 @@ json write_survey(const std::vector<fs::path>& folders, const fs::path& out,
   for (const fs::path& folder : folders) {
     const auto problems = read_json(folder / "failed.json");
     if (!problems || !fs::is_directory(folder / "loops")) {
-      throw CommandError(kExitData, fmt::format("{}: no survey was made here", folder.string()));
+      throw CommandError(kExitData, fmt::format("{}: contains no survey", folder.string()));
     }
     for (const json& problem : problems->at("failed")) failed.push_back(problem);
     for (const auto& entry : fs::directory_iterator(folder / "loops")) {

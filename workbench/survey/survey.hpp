@@ -7,9 +7,7 @@
 //   OUT/survey.json .csv .html, pages/, assets/
 #pragma once
 
-#include <cstdint>
 #include <filesystem>
-#include <functional>
 #include <string>
 #include <vector>
 

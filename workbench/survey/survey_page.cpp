@@ -267,9 +267,9 @@ std::string list_page(const json& survey, const PageNames& pages) {
   std::map<std::string, int> next;
   for (const json& loop : survey.at("loops")) ++next[loop.at("next").at("what").get<std::string>()];
   std::string html = head("Survey", "assets/") + "</head><body>\n<h1>Survey</h1>\n";
-  html += fmt::format(
-      "<p class=\"note\">{} loops, worst first. Each line leads to what speaks for it.</p>\n",
-      survey.at("loops").size());
+  html +=
+      fmt::format("<p class=\"note\">{} loops, worst first. Each line links to its evidence.</p>\n",
+                  survey.at("loops").size());
   html += counts_html(survey, next);
   if (const std::string text = precision_text(survey.at("outcomes")); !text.empty())
     html += fmt::format("<p class=\"note\">{}.</p>\n", escaped(text));
@@ -300,14 +300,13 @@ std::string size_rows(const json& loop) {
   const json& range = loop.at("co_range");
   const double span = range[1].get<double>() - range[0].get<double>();
   const json& interval = effect.at("interval").begin().value();
-  std::string html =
-      row("Size",
-          fmt::format("{:.2g} % of the CO span ({:g} to {:g}{}), in nine of ten cases {:.2g} "
-                      "to {:.2g} %; {}",
-                      effect.at("percent_of_span").get<double>(), range[0].get<double>(),
-                      range[1].get<double>(), unit_of(loop, "co", " "),
-                      100.0 * interval[0].get<double>() / span,
-                      100.0 * interval[1].get<double>() / span, text_of_json(loop.at("grade"))));
+  std::string html = row(
+      "Size",
+      fmt::format("{:.2g} % of the CO span ({:g} to {:g}{}), 90 % interval {:.2g} to {:.2g} %; {}",
+                  effect.at("percent_of_span").get<double>(), range[0].get<double>(),
+                  range[1].get<double>(), unit_of(loop, "co", " "),
+                  100.0 * interval[0].get<double>() / span,
+                  100.0 * interval[1].get<double>() / span, text_of_json(loop.at("grade"))));
   const json trend = loop.value("size_trend", json(nullptr));
   if (trend.is_object()) {
     html += row("Size over the windows",
@@ -358,16 +357,16 @@ std::string compression_row(const json& import) {
   return row(
       "Compressed",
       import.at("compression").at("kind").get<std::string>() +
-          (sees.is_number() ? fmt::format("; effects below {:.2g} % of the CO span can't be seen",
+          (sees.is_number() ? fmt::format("; effects below {:.2g} % of the CO span are not visible",
                                           sees.get<double>())
-                            : std::string("; what was lost is not known")));
+                            : std::string("; the loss is unknown")));
 }
 
 std::string facts_html(const json& loop, const json& groups, const PageNames& pages) {
   std::string html = "<dl>" + row("Found", found_text(loop)) +
                      row("Because", text_of_json(loop.at("evidence"))) +
                      row("Against it", text_of_json(loop.at("against"))) +
-                     row("What would settle it", text_of_json(loop.at("settle")));
+                     row("Next step to decide", text_of_json(loop.at("settle")));
   if (loop.at("probability").is_number()) {
     html += row("Probability of a valve effect",
                 fmt::format("{:.0f} %", 100.0 * loop.at("probability").get<double>()));

@@ -72,8 +72,8 @@ json commission_json(const twin::Commissioning& made, const CommissionDetectabil
 std::string seen_text(const twin::Seen& seen) {
   if (!seen.percent_of_span) {
     return fmt::format(
-        "can't be relied on: at best {:.0f} % of the windows show it; more and larger "
-        "moves of SP would help",
+        "not reliable (detected in at most {:.0f} % of the windows). Use more and larger set-point "
+        "moves",
         100.0 * seen.found_at_most);
   }
   return fmt::format("from {:.2g} % of span on, {}", *seen.percent_of_span,
@@ -83,7 +83,7 @@ std::string seen_text(const twin::Seen& seen) {
 }
 
 std::string seen_text(const twin::TwinSeen& seen) {
-  if (!seen.size) return "can't be relied on: larger moves of SP would help";
+  if (!seen.size) return "not reliable. Use larger set-point moves";
   return is_share(seen.change) ? fmt::format("from {:.0f} % on, alarm after {:.0f} min",
                                              100.0 * *seen.size, *seen.to_alarm_s / 60.0)
                                : fmt::format("from {:.2g} s on, alarm after {:.0f} min", *seen.size,

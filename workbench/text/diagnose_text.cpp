@@ -7,6 +7,8 @@
 #include <nlohmann/json.hpp>
 #include <cmath>
 
+#include "model/diagnosis/limits.hpp"
+#include "model/effects/catalogue.hpp"
 #include "workbench/text/import_json.hpp"
 
 namespace loopwarden::workbench {
@@ -24,16 +26,14 @@ std::string because(const Diagnosis& d) {
     case DiagnosisVerdict::valve_effect:
       if (d.grade == Grade::seen) {
         return fmt::format(
-            "PV stands during {:.0f} % of CO's moves, and CO turns where it has travelled a band "
-            "(scatter {:.0f} %), "
-            "not after a time (scatter {:.0f} %)",
+            "PV rests during {:.0f} % of CO's moves, and CO reverses after a fixed travel (scatter "
+            "{:.0f} %), not after a fixed time (scatter {:.0f} %)",
             100.0 * d.evidence.standing, 100.0 * d.evidence.reversals.travel_scatter,
             100.0 * d.evidence.reversals.cycle_scatter);
       }
       return fmt::format(
-          "{}a play explains {:.0f} % of PV, a straight line {:.0f} %, and PV stands during {:.0f} "
-          "% of CO's moves; "
-          "how CO turns does not prove a band, so test the valve",
+          "{}backlash explains {:.0f} % of PV, a straight line {:.0f} %, and PV rests during "
+          "{:.0f} % of CO's moves; the reversals of CO do not prove a band, so test the valve",
           d.evidence.phase > 0.0 ? "PV lags CO by about a quarter period; " : "",
           100.0 * d.play.play_r2, 100.0 * d.play.linear_r2, 100.0 * d.evidence.standing);
     case DiagnosisVerdict::other_cause:
@@ -71,12 +71,12 @@ std::string against(const Diagnosis& d) {
   if (d.follows == Follows::at_once) {
     oppose(d.evidence.phase > 0.0, "PV lags CO by about a quarter period",
            "PV moves in step with CO");
-    oppose(d.evidence.play > 0.0, "a play explains PV better than a straight line",
-           "a straight line explains PV as well as a play");
+    oppose(d.evidence.play > 0.0, "backlash explains PV better than a straight line",
+           "a straight line explains PV as well as backlash");
   }
-  oppose(d.evidence.hammerstein > diagnosis::kHammersteinVotes,
-         "a sticking valve foretells PV better step by step",
-         "step by step a sticking valve foretells PV no better");
+  oppose(d.evidence.hammerstein > diagnosis::DiagnosisLimits::kHammersteinVotes,
+         "a sticking valve predicts PV better step by step",
+         "a sticking valve does not predict PV better step by step");
   return text;
 }
 
@@ -122,7 +122,7 @@ nlohmann::json json_of(const Diagnosis& d, double probability, double span) {
       {"settle", open ? or_null(d.settle) : nullptr},
       {"oscillating", d.oscillating},
       {"period_s", d.oscillating ? nlohmann::json(d.period_s) : nullptr},
-      {"kind", to_text(d.kind)},
+      {"kind", to_text(d.loop_type)},
       {"evidence", because(d)},
       {"against", or_null(against(d))},
       {"probability", nullptr},
@@ -133,9 +133,10 @@ nlohmann::json json_of(const Diagnosis& d, double probability, double span) {
         {"value", value}, {"threshold", threshold}, {"valve_effect", value > threshold}};
   };
   result["probability"] = probability;
-  result["votes"] = {{"phase", vote(d.evidence.phase, 0.0)},
-                     {"play", vote(d.evidence.play, 0.0)},
-                     {"hammerstein", vote(d.evidence.hammerstein, diagnosis::kHammersteinVotes)}};
+  result["votes"] = {
+      {"phase", vote(d.evidence.phase, 0.0)},
+      {"play", vote(d.evidence.play, 0.0)},
+      {"hammerstein", vote(d.evidence.hammerstein, diagnosis::DiagnosisLimits::kHammersteinVotes)}};
   result["standing"] = d.evidence.standing;
   const diagnosis::Reversals& reversals = d.evidence.reversals;
   result["turns"] = {{"by", to_text(reversals.by())},
@@ -179,13 +180,12 @@ diagnosis::SizeTrend trend_of(const DiagnosedLoop& loop) {
 
 std::string votes_line(const Diagnosis& d) {
   const auto vote = [](bool yes) { return yes ? "valve" : "no"; };
-  return fmt::format("votes: phase {:.2f} ({}), play {:.2f} ({}), Hammerstein {:.2f} ({}){}\n",
-                     d.evidence.phase, vote(d.evidence.phase > 0.0), d.evidence.play,
-                     vote(d.evidence.play > 0.0), d.evidence.hammerstein,
-                     vote(d.evidence.hammerstein > diagnosis::kHammersteinVotes),
-                     d.follows == Follows::at_once ? "" : "; only the last counts on such a loop") +
-         fmt::format("PV stands during {:.0f} % of CO's moves; CO turns by {}\n",
-                     100.0 * d.evidence.standing, to_text(d.evidence.reversals.by()));
+  return fmt::format(
+      "votes: phase {:.2f} ({}), backlash {:.2f} ({}), Hammerstein {:.2f} ({}){}\n",
+      d.evidence.phase, vote(d.evidence.phase > 0.0), d.evidence.play, vote(d.evidence.play > 0.0),
+      d.evidence.hammerstein,
+      vote(d.evidence.hammerstein > diagnosis::DiagnosisLimits::kHammersteinVotes),
+      d.follows == Follows::at_once ? "" : "; only the last vote counts on such a loop");
 }
 
 }  // namespace
@@ -283,31 +283,33 @@ std::string diagnosis_text(const DiagnosedLoop& loop) {
   std::string text = headline(d, loop.co_range) + "\n";
   if (d.verdict == DiagnosisVerdict::valve_effect) {
     const double span = loop.co_range[1] - loop.co_range[0];
-    text += fmt::format("size in nine of ten cases within {:.2g} to {:.2g} %\n",
-                        100.0 * d.s_low / span, 100.0 * d.s_high / span);
+    text += fmt::format("90 % interval of the size: {:.2g} to {:.2g} %\n", 100.0 * d.s_low / span,
+                        100.0 * d.s_high / span);
     if (d.alternative != Cause::none) {
       text += fmt::format("or {}: this record can't distinguish them\n", to_text(d.alternative));
     }
+    if (const effects::Descriptor* effect = effects::find_effect(to_text(d.cause)))
+      text += fmt::format("Action: {}\n", effect->remedy);
   }
   text += fmt::format("because: {}\n", because(d));
   if (loop.pushed_by) {
     text +=
         fmt::format("pushed by: {}\n", loop.pushed_by->empty()
-                                           ? "none of the neighbours"
+                                           ? "no neighbour"
                                            : fmt::format("{}", fmt::join(*loop.pushed_by, ", ")));
   }
   if (const double sees_from = loop.windows[loop.verdict.like].sees_from;
       sees_from > 0.0 && std::isfinite(sees_from)) {
     text += fmt::format(
-        "the archive left values out: effects below {:.2g} % of the CO span can't be seen in this "
-        "record\n",
+        "the archive is compressed: this record cannot show effects below {:.2g} % of the CO "
+        "span\n",
         100.0 * sees_from / (loop.co_range[1] - loop.co_range[0]));
   }
   if (const std::string contra = against(d); !contra.empty()) {
     text += fmt::format("against it: {}\n", contra);
   }
   if (!d.settle.empty() && d.verdict != DiagnosisVerdict::valve_effect) {
-    text += fmt::format("what would settle it: {}\n", d.settle);
+    text += fmt::format("next step to decide: {}\n", d.settle);
   }
   if (loop.windows.size() > 1) {
     if (d.verdict == DiagnosisVerdict::valve_effect) {
@@ -329,10 +331,12 @@ std::string diagnosis_text(const DiagnosedLoop& loop) {
   }
   if (!d.judged()) return text;
   text += votes_line(d);
-  text += fmt::format("kind of loop: {}\n", to_text(d.kind));
-  text += d.oscillating ? fmt::format("oscillates with a period of {:.4g} s\n", d.period_s)
+  if (d.loop_type != diagnosis::LoopType::unknown)
+    text += fmt::format("kind of loop: {}\n", to_text(d.loop_type));
+  text += d.oscillating ? fmt::format("oscillates with a period of {:.4g} s, {:.0f} periods\n",
+                                      d.period_s, d.prepared.cycles)
                         : std::string("does not oscillate\n");
-  text += fmt::format("{} samples used, {:.0f} periods\n", d.prepared.used, d.prepared.cycles);
+  text += fmt::format("{} samples used\n", d.prepared.used);
   return text;
 }
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "workbench/text/gap_json.hpp"
 
-#include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <string>

@@ -2,8 +2,6 @@
 // Writes scripts that read the whole map, for mbpoll and for modbus-serial of npm.
 #include <fmt/format.h>
 
-#include <nlohmann/json.hpp>
-
 #include "workbench/text/register_map_fields.hpp"
 #include "workbench/text/snippets.hpp"
 

@@ -4,10 +4,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <nlohmann/json.hpp>
 #include <string>
-#include <vector>
 
 #include "daemon/registers/register_map.hpp"
 #include "workbench/text/register_map_fields.hpp"

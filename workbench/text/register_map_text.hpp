@@ -20,7 +20,7 @@ struct MapOptions {
   std::vector<std::string> loops{"LOOP"};  // tags, in the order of their files
 };
 
-std::string map_markdown();                         // docs/modbus-map.md
+std::string map_markdown();                         // docs/reference/modbus-map.md
 std::string map_csv(const MapOptions& options);     // every address with its loop
 std::string map_mbpoll(const MapOptions& options);  // a bash script
 std::string map_pymodbus(const MapOptions& options);

@@ -10,6 +10,7 @@
 #include "base/digest/digest.hpp"
 #include "config/loop_model_writer.hpp"
 #include "base/parallel.hpp"
+#include "model/specialist/train/limits.hpp"
 #include "workbench/training/training_checkpoint.hpp"
 
 namespace loopwarden::workbench {
@@ -43,9 +44,10 @@ std::vector<specialist::Signature> simulated_signatures(const TrainingJob& job) 
   std::vector<specialist::Signature> signatures;
   const std::uint64_t seed = specialist::stream_seed(job.growing.seed, kSignatureStream);
   for (const Condition condition : job.conditions) {
-    for (std::size_t i = 0; i < specialist::kSignaturesOfCondition; ++i) {
+    for (std::size_t i = 0; i < specialist::TrainLimits::kSignaturesOfCondition; ++i) {
       const std::uint64_t place =
-          static_cast<std::uint64_t>(condition) * specialist::kSignaturesOfCondition + i;
+          static_cast<std::uint64_t>(condition) * specialist::TrainLimits::kSignaturesOfCondition +
+          i;
       signatures.push_back(specialist::simulate_signature(*job.model, condition,
                                                           specialist::stream_seed(seed, place)));
       signatures.back().role = specialist::role_of(i);

@@ -1,13 +1,13 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Published detectors of sticking valves beside `diagnose`, on the same records, in one table.
+"""Published detectors of sticking valves and `diagnose`, on the same records, in one table.
 
   peers.py --study build/release/bin/loopwarden-study --records examples/routine examples/isdb [--cases 300 --seed 3]
   peers.py --check     each method on two textbook loops: one that sticks, one that a sine moves
 
 Each method is our own implementation of the paper named above it, with the published threshold; a score above it accuses the
-valve. AUC by window, balanced accuracy by window and by loop (mean score of its windows), and AUC of ours less that of the best
-other one; 95 % bootstrap intervals over loops. The best one is chosen once, not in each draw.
+valve. Columns: AUC by window, balanced accuracy by window and by loop (mean score of its windows), and our AUC minus that of
+the best other one. Intervals are 95 % bootstrap over loops. The best one is chosen once, not in each draw.
 Needs Debian's python3-numpy.
 """
 import argparse
@@ -59,7 +59,7 @@ def half_cycles(x):
 
 
 def cross_correlation(pv, co, period):
-    """A. Horch, Control Engineering Practice 7 (1999): odd where the valve sticks; 2/3 and above says so."""
+    """A. Horch, Control Engineering Practice 7 (1999): the function is odd if the valve sticks; 2/3 and above accuse it."""
     x, y = detrended(co), detrended(pv)
     n = len(x)
     full = np.correlate(y, x, "full") / (n * x.std() * y.std() + 1e-300)
@@ -181,8 +181,8 @@ def bicoherence(x, length=64):
 
 
 def ellipse(pv, co, period):
-    """M. A. A. S. Choudhury, S. L. Shah, N. F. Thornhill, D. S. Shook, Control Engineering Practice 14 (2006): bicoherence of
-    the error says nonlinear, and PV over CO fills an ellipse: its width along CO over CO's range, above 0.1 where nonlinear."""
+    """M. A. A. S. Choudhury, S. L. Shah, N. F. Thornhill, D. S. Shook, Control Engineering Practice 14 (2006). If bicoherence of
+    the error shows nonlinearity, PV over CO fills an ellipse. Score: its width along CO over CO's range, above 0.1 if nonlinear."""
     block = max(1, int(period / 16))
     n = len(pv) // block
     y = detrended(pv[: n * block].reshape(n, block).mean(1))
@@ -214,7 +214,7 @@ def arx_error(y, v, delays):
 
 
 def hammerstein(pv, co, period):
-    """R. Srinivasan et al., Ind. Eng. Chem. Res. 44 (2005), and M. Jelali, J. Process Control 18 (2008): ARX behind a valve of one
+    """R. Srinivasan et al., Ind. Eng. Chem. Res. 44 (2005), and M. Jelali, J. Process Control 18 (2008): ARX after a valve of one
     parameter, the best band named; a band above zero accuses. Score: log of the errors without and with it, above 0.02."""
     block = max(1, int(period / 20))
     n = len(pv) // block
@@ -315,7 +315,7 @@ def table(title, methods, sticky, loops, kinds=None):
 
 
 def textbook_loop(band, load, samples=2500):
-    """PI on a lag of 6 samples with dead time 4, behind a valve that sticks in `band` and then moves 0.7 of it."""
+    """PI on a lag of 6 samples with dead time 4, after a valve that sticks in `band` and then moves 0.7 of it."""
     random = np.random.default_rng(1)
     keep = np.exp(-1.0 / 6.0)
     pv, co = np.zeros(samples + 500), np.zeros(samples + 500)
@@ -355,7 +355,7 @@ def published(records, loops):
     return methods
 
 
-# As answered: what it can't tell is not called sticky.
+# As answered: `can't tell` does not count as sticky.
 def answered(results):
     return np.array([r["verdict"] == "valve_effect" for r in results])
 

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What can go wrong between a box and its rows: each while everything runs, with what was lost and how long it took.
+"""Faults between a box and its rows, each injected during operation, with lost values and duration.
 
-A fault takes (plant, args) and returns how long it took, a word on what else was seen, and, where it has values of its own,
-how many of them were lost. `took` is from the fault's end, or from the fault where it does not end, to the first rows of values
-that are newer.
+A fault takes (plant, args) and returns its duration and a comment. If it has separate values, it also returns
+how many of them were lost. `took` is measured from the fault's end, or from the fault if it does not end, to the first rows of
+newer values.
 """
 import importlib
 import os
@@ -80,7 +80,7 @@ def database_stopped_host_killed(plant, args):
 
 
 def clock_set(to, seen):
-    """Of those whose clock is in a file, see CLOCKS. Rows count, whatever time they have."""
+    """Sets the clock of programs whose clock is in a file, see CLOCKS. Rows count, whatever time they have."""
     def fault(plant, args):
         time.sleep(20)
         (plant.folder / 'clock').write_text(to)
@@ -114,7 +114,7 @@ def disk_full(plant, args):
 
 
 def slow_disk(folder, milliseconds):
-    """What gives a program the fault campaign's shim: each opening and syncing of an edge's store takes so long."""
+    """Gives a program the fault campaign's shim: each opening and syncing of an edge's store takes this long."""
     sys.path.insert(0, str(CAMPAIGN))
     switches = importlib.import_module('daemon')
     shim, file = folder / 'shim.so', folder / 'switches'
@@ -144,7 +144,7 @@ def disk_slow(plant, args):
 
 
 def two_edges(plant, args):
-    """A second box with the name of the first, its own client identifier, and values of its own."""
+    """A second box with the name of the first, a separate client identifier, and other values."""
     twin = plant.start_boxes('twin', boxes=1, loops=args.loops, period=args.period, seconds=40, drain=0, host='',
                              client_suffix='-twin', count_from=measure.TWIN)
     twin.process.wait()
@@ -175,7 +175,7 @@ def garbage(plant, _args):
 
 
 class Network:
-    """The broker behind a network of its own, which can be cut in each direction."""
+    """The broker in a separate network, which can be cut in each direction."""
 
     def __init__(self):
         self.name = f'lwfleet{os.getpid()}'
@@ -196,7 +196,7 @@ class Network:
             for device, words in (('lwf0', []), ('lwf1', ['ip', 'netns', 'exec', self.name]))}
 
     def send_to(self, towards_edges, mac):
-        """What goes in one direction is for this hardware address; if nobody has it, it is lost."""
+        """Sends packets of one direction to this hardware address; without an owner of the address they are lost."""
         if towards_edges:
             self.run('ip', 'neigh', 'replace', '10.213.77.2', 'lladdr', mac, 'dev', 'lwf0', 'nud', 'permanent')
         else:
@@ -210,7 +210,7 @@ class Network:
 
 
 def network_cut(towards_edges):
-    """What goes in one direction between host and broker is lost for 40 s; connections stay open on both sides."""
+    """Drops packets of one direction between host and broker for 40 s; connections stay open on both sides."""
     def fault(plant, _args):
         plant.network.send_to(towards_edges, '02:00:00:00:00:99')
         time.sleep(40)
@@ -227,7 +227,7 @@ FAULTS = {
     'database stopped, host killed -9': database_stopped_host_killed,
     'network cut, host to broker': network_cut(True),
     'network cut, broker to host': network_cut(False),
-    'clock stepped': clock_set('+0', "the boxes' clock an hour behind and then set right"),
+    'clock stepped': clock_set('+0', "the boxes' clock an hour late and then corrected"),
     'clock set back, boxes': clock_set('-1h', 'by an hour'),
     'clock set back, host': clock_set('-1h', 'by an hour'),
     'an edge\'s disk full': disk_full,
@@ -237,11 +237,11 @@ FAULTS = {
     'garbage payloads': garbage,
 }
 
-# Of the simulated boxes, where a fault is theirs.
+# Options of the simulated boxes for faults inside them.
 OPTIONS = {'a birth lost': {'lose_births': 1}}
 
 
-# Whose clock is in a file, and what it says at the start.
+# Programs whose clock is in a file, and the clock at the start.
 CLOCKS = {'clock stepped': ('boxes', '-1h'), 'clock set back, boxes': ('boxes', '+0'), 'clock set back, host': ('host', '+0')}
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the database holds, beside what the simulated boxes counted to."""
+"""Compares the contents of the database with the counts of the simulated boxes."""
 import collections
 import time
 
@@ -7,7 +7,7 @@ TWIN = 10 ** 9  # values of another box with the name of one are above
 METRICS = ('pv', 'sp', 'co', 'stem', 'variability', 'travel')
 Result = collections.namedtuple('Result', 'expected lost twice')
 
-# Each value's number once: a metric of a loop has 1 .. n, whatever its time.
+# The number of each value is counted once: a metric of a loop has 1 .. n, whatever its time.
 COUNTS = """
 SELECT l.group_name || '/' || l.edge, l.device, count(*), count(DISTINCT v.number)
   FROM loop l JOIN metric m ON m.device_id = l.device_id AND m.name = ANY(%s) JOIN value v ON v.metric_id = m.id
@@ -60,8 +60,8 @@ def counted(plant, numbers):
 
 
 def delays(plant, births_s):
-    """Median, 99th percentile and longest, s: of the first `births_s` seconds, in which all boxes are born at once, and of what
-    comes after them. Births, whose values may be older, are those with other names."""
+    """Median, 99th percentile and maximum, s. First for the first `births_s` seconds, in which all boxes send their births at once,
+    then for the later ones. Births, whose values may be older, are those with other names."""
     return plant.sql("""
         SELECT percentile_cont(0.5) WITHIN GROUP (ORDER BY delay), percentile_cont(0.99) WITHIN GROUP (ORDER BY delay), max(delay)
           FROM (SELECT extract(epoch FROM pg_xact_commit_timestamp(v.xmin) - v.time)::float8 AS delay,

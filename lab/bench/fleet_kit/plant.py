@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A fleet on this machine: Mosquitto, PostgreSQL, hosts and simulated boxes, each a process of its own in a temporary folder."""
+"""A fleet on this machine: Mosquitto, PostgreSQL, hosts and simulated boxes, each a separate process, in a temporary folder."""
 import atexit
 import json
 import os
@@ -65,14 +65,14 @@ class Usage:
 
 class Plant:
     def __init__(self, prefix=()):
-        # What the services are started through, such as `ip netns exec NAME`.
+        # Prefix of the services' commands, such as `ip netns exec NAME`.
         self.prefix = list(prefix)
         self.folder = pathlib.Path(tempfile.mkdtemp(prefix='loopwarden-fleet-'))
         self.folder.chmod(0o755)
         self.processes = {}
         self.logs = {}
         atexit.register(self.close)
-        # Ends as usual, so that nothing stays behind.
+        # Ends as usual, so that everything is removed.
         signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))
         self.broker_port = free_port()
         self.database_port = free_port()
@@ -173,7 +173,7 @@ class Plant:
 
 
 class Boxes:
-    """What the simulated boxes say of themselves."""
+    """Returns the status of the simulated boxes."""
 
     def __init__(self, process):
         self.process = process

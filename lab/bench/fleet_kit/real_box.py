@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A box that is none of the simulated ones: loopwardend on simulated loops, and loopwarden-edge with a disk of its own."""
+"""A real box among the simulated ones: loopwardend on simulated loops, and loopwarden-edge with a separate disk."""
 import importlib
 import os
 import pathlib
@@ -77,7 +77,7 @@ class RealBox:
             store.close()
 
     def rows(self):
-        """What the database holds of the same."""
+        """Returns the rows of the same box in the database."""
         return set(self.plant.sql(ROWS, (EDGE, list(METRICS))) or [])
 
     def newest(self, metric):

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A window of a loop, and a specialist's facts about this loop.
+// The length of a window, and a specialist's facts about a loop.
 //
 //   PV(s) / CO(s) = gain exp(-dead_time s) / (1 + time_constant s)
 //
@@ -16,20 +16,12 @@
 #pragma once
 
 #include <cstddef>
-#include <span>
 
 #include "model/plant/loop_model.hpp"
 
 namespace loopwarden::specialist {
 
 inline constexpr std::size_t kWindowSamples = 961;
-
-// Samples at the loop's period; NaN marks a missing one. PV and CO of one sample are from one
-// cycle: PV as read, and the CO that followed from it.
-struct LoopWindow {
-  std::span<const double> pv;  // PV units
-  std::span<const double> co;  // CO units
-};
 
 // The healthy loop from CO to PV: gain, lag and dead time, and the spans that make both unitless.
 struct LoopFacts {

@@ -21,7 +21,7 @@
 // Limits: the inputs contain no more than the fits. 0.1 and 0.05 keep the logarithms finite. The
 // networks learn which inputs matter.
 //
-// Source: our own choice. docs/specialists.md has its accuracy.
+// Source: our own choice. Accuracy: docs/explanation/accuracy.md.
 //
 // The order of the names is that of the inputs of every network on users' disks. To add, remove or
 // move a name you need a new version of the manifest (config/specialists).

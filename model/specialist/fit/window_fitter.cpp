@@ -115,7 +115,7 @@ void WindowFitter::project(std::vector<double>& column) const noexcept {
   }
 }
 
-bool WindowFitter::prepare(const LoopWindow& window, WindowFits& found) noexcept {
+bool WindowFitter::prepare(const numeric::LoopView& window, WindowFits& found) noexcept {
   if (window.pv.size() != kWindowSamples || window.co.size() != kWindowSamples) return false;
   if (static_cast<double>(blocks_) < kFewestBlocks) return false;
   const double co_scale = 100.0 / (facts_.co_high - facts_.co_low);
@@ -371,7 +371,7 @@ FaultFit WindowFitter::fit_stem(FaultModel fault, const Trial& candidate, double
   return result;
 }
 
-WindowFits WindowFitter::fit(const LoopWindow& window) noexcept {
+WindowFits WindowFitter::fit(const numeric::LoopView& window) noexcept {
   WindowFits found;
   if (!prepare(window, found)) return found;
   found.usable = true;

@@ -34,6 +34,7 @@
 #include <cstddef>
 #include <vector>
 
+#include "model/numeric/loop_record.hpp"
 #include "model/specialist/fit/loop_window.hpp"
 
 namespace loopwarden::specialist {
@@ -81,7 +82,7 @@ class WindowFitter {
   explicit WindowFitter(const LoopFacts& facts);
 
   // Fits the window. No allocation. A missing sample repeats the last one.
-  WindowFits fit(const LoopWindow& window) noexcept;
+  WindowFits fit(const numeric::LoopView& window) noexcept;
 
   const LoopFacts& facts() const noexcept { return facts_; }
 
@@ -102,7 +103,7 @@ class WindowFitter {
   // one.
   enum class Grain { block, sample };
 
-  bool prepare(const LoopWindow& window, WindowFits& found) noexcept;
+  bool prepare(const numeric::LoopView& window, WindowFits& found) noexcept;
   void measure_movement(WindowFits& found) const noexcept;
   template <class Stem>
   void try_blocks(Trial* candidates, const Stem& first, const Stem& second) const noexcept;

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "model/specialist/judge/limits.hpp"
+
 namespace loopwarden::specialist {
 namespace {
 
@@ -61,13 +63,13 @@ TeamJudge::TeamJudge(const Team& team)
   }
 }
 
-WindowVerdict TeamJudge::judge(const LoopWindow& window) noexcept {
+WindowVerdict TeamJudge::judge(const numeric::LoopView& window) noexcept {
   return judge(fitter_.fit(window));
 }
 
 WindowVerdict TeamJudge::judge(const WindowFits& found) noexcept {
   WindowVerdict result;
-  if (!found.usable || found.shut_share > kMostShut) return result;
+  if (!found.usable || found.shut_share > JudgeLimits::kMostShut) return result;
   NetworkInputs inputs = network_inputs_of(found);
   for (std::size_t i = 0; i < kNetworkInputs; ++i) {
     inputs[i] = (inputs[i] - centre_[i]) / scale_[i];
@@ -98,19 +100,19 @@ WindowVerdict TeamJudge::judge(const WindowFits& found) noexcept {
   const auto at_least = [&](Condition c, double p) {
     return result.probabilities[index_of(c)] >= p && fits(c);
   };
-  const bool moved = found.co_range > kLeastMovement * found.noise;
+  const bool moved = found.co_range > JudgeLimits::kLeastMovement * found.noise;
   bool explained = false;
   for (std::size_t c = 0; c < kKnownConditions; ++c) {
     explained = explained || fits(static_cast<Condition>(c));
   }
-  if (1.0 - healthy - other >= kFault && at_least(best, kNamed)) {
+  if (1.0 - healthy - other >= JudgeLimits::kFault && at_least(best, JudgeLimits::kNamed)) {
     result.verdict = static_cast<VerdictName>(best);
     result.probability = result.probabilities[index_of(best)];
     result.severity_percent = severity_of(found, best);
-  } else if (moved && at_least(Condition::no_fault, kNoFault)) {
+  } else if (moved && at_least(Condition::no_fault, JudgeLimits::kNoFault)) {
     result.verdict = VerdictName::no_fault;
     result.probability = healthy;
-  } else if (moved && (other >= kUnknown || !explained)) {
+  } else if (moved && (other >= JudgeLimits::kUnknown || !explained)) {
     result.verdict = VerdictName::unknown;
     result.probability = other;
   } else {

@@ -14,7 +14,7 @@
 //   4. not_enough_movement: several fault models fit equally well, or CO hardly moved, or CO was
 //      at an end of its range for long
 // The start of the window, set points, step sizes and units have no effect. Another process needs
-// other LoopFacts but no other networks (docs/specialists.md has the accuracy).
+// other LoopFacts but no other networks (accuracy: docs/explanation/accuracy.md).
 //
 // Limits: two faults at once get one name. A fault that the window's movement does not reach leaves
 // no trace, and a healthy verdict on such a window doesn't exclude it.
@@ -24,24 +24,15 @@
 #pragma once
 
 #include <array>
-#include <cstddef>
 #include <string>
 #include <vector>
 
+#include "model/numeric/loop_record.hpp"
 #include "model/specialist/judge/classes.hpp"
 #include "model/specialist/fit/network_inputs.hpp"
 #include "model/specialist/judge/network.hpp"
 
 namespace loopwarden::specialist {
-
-inline constexpr double kFault = 0.95;
-inline constexpr double kNamed = 0.75;
-inline constexpr double kNoFault = 0.8;
-inline constexpr double kUnknown = 0.8;
-inline constexpr double kMisfitQuantile = 0.995;
-inline constexpr double kMostShut = 0.3;  // share of a window with CO at an end of its range
-// CO whose blocks are within this many standard deviations of the noise has no movement.
-inline constexpr double kLeastMovement = 6.0;
 
 struct TeamMember {
   std::string name{};  // P1S16x
@@ -73,7 +64,7 @@ class TeamJudge {
  public:
   explicit TeamJudge(const Team& team);
 
-  WindowVerdict judge(const LoopWindow& window) noexcept;
+  WindowVerdict judge(const numeric::LoopView& window) noexcept;
   // Returns the verdict for existing fits.
   WindowVerdict judge(const WindowFits& found) noexcept;
 

@@ -7,6 +7,7 @@
 
 #include "model/numeric/random.hpp"
 #include "model/plant/simulated_loop.hpp"
+#include "model/specialist/train/limits.hpp"
 #include "model/specialist/train/team_training.hpp"
 #include "model/numeric/enum_name.hpp"
 
@@ -219,13 +220,14 @@ Grown grow(const std::vector<Signature>& signatures, Condition condition, const 
     }
     const double validation = best.learned.epochs[best.learned.best].validation;
     const bool better = grown.sizes.empty() || validation < least;
-    const bool worthwhile = grown.sizes.empty() || validation < (1.0 - kWorthwhile) * least;
+    const bool worthwhile =
+        grown.sizes.empty() || validation < (1.0 - TrainLimits::kWorthwhile) * least;
     if (better) {
       least = validation;
       grown.chosen = grown.sizes.size();
     }
     grown.sizes.push_back(std::move(best));
-    if (!worthwhile && !settings.all_sizes) break;
+    if (!worthwhile) break;
   }
   const Network& chosen = grown.sizes[grown.chosen].learned.network;
   grown.specialist.network = reduce ? on_columns(chosen, components) : chosen;

@@ -17,7 +17,6 @@
 // Source: Sewdass, thesis (Durban University of Technology), sections 8.3, 8.4 and 9.3.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <functional>
 #include <optional>
@@ -28,9 +27,6 @@
 #include "model/specialist/train/simulated_windows.hpp"
 
 namespace loopwarden::specialist {
-
-inline constexpr double kWorthwhile = 0.05;
-inline constexpr std::size_t kSignaturesOfCondition = 25;
 
 enum class Role : std::uint8_t { training, validation, test };
 const char* to_text(Role role) noexcept;
@@ -59,7 +55,6 @@ Signature simulate_signature(const plant::LoopModel& model, Condition condition,
 struct GrowingSettings {
   std::uint64_t seed = 1;
   std::vector<std::size_t> sizes{10, 20, 31};
-  bool all_sizes = false;  // train every size, for a table like 8.1
   std::size_t restarts = 1;
   std::size_t components = kSide;  // 1 to 31
   LearningSettings learning;

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "model/numeric/enum_name.hpp"
+#include "model/specialist/train/limits.hpp"
 
 namespace loopwarden::specialist {
 namespace {
@@ -208,16 +209,12 @@ double mean_square_error(const Network& network, const Lessons& lessons) {
          static_cast<double>(lessons.targets.size());
 }
 
-Network levenberg_marquardt_step(const Network& network, const Lessons& lessons, double mu) {
-  return NormalEquations(network, lessons).solve(mu);
-}
-
 Learned learn(const Network& start, const Lessons& training, const Lessons& validation,
               const Lessons& test, const LearningSettings& settings,
               const std::function<void(std::size_t, const Epoch&)>& on_epoch) {
   Learned result{start, {}, 0, Stop::epochs};
   Network network = start;
-  double mu = settings.first_mu;
+  double mu = TrainLimits::kFirstMu;
   double training_error = mean_square_error(network, training);
   double least_validation = 0.0;
   std::size_t failures = 0;
@@ -249,7 +246,7 @@ Learned learn(const Network& start, const Lessons& training, const Lessons& vali
         break;
       }
       mu *= 10.0;
-      if (mu > settings.largest_mu) return result.stop = Stop::mu, result;
+      if (mu > TrainLimits::kLargestMu) return result.stop = Stop::mu, result;
     }
   }
 }

@@ -35,8 +35,6 @@ struct LearningSettings {
   double goal = 1e-10;  // mean square error, scaled
   double least_gradient = 1e-10;
   std::size_t most_failures = 6;  // of validation, in a row
-  double first_mu = 1e-3;
-  double largest_mu = 1e10;
 };
 
 // Inputs and desired outputs, one column per case.
@@ -69,9 +67,5 @@ double mean_square_error(const Network& network, const Lessons& lessons);
 Learned learn(const Network& start, const Lessons& training, const Lessons& validation,
               const Lessons& test, const LearningSettings& settings,
               const std::function<void(std::size_t, const Epoch&)>& on_epoch = {});
-
-// Returns one Levenberg-Marquardt step by the formula above, as a network of changes. Exposed for
-// tests.
-Network levenberg_marquardt_step(const Network& network, const Lessons& lessons, double mu);
 
 }  // namespace loopwarden::specialist

@@ -23,13 +23,14 @@
 // model that can't be simulated.
 // Limits: one fault per window, present throughout; only valves with the laws of model/plant.
 //
-// Source: the ranges are our own choice for typical plants. The figures of docs/specialists.md
-// apply to them.
+// Source: the ranges are our own choice for typical plants. The figures of
+// docs/explanation/accuracy.md apply to them.
 #pragma once
 
 #include <cstdint>
 #include <vector>
 
+#include "model/numeric/loop_record.hpp"
 #include "model/plant/loop_model.hpp"
 #include "model/specialist/judge/classes.hpp"
 #include "model/specialist/fit/loop_window.hpp"
@@ -61,7 +62,7 @@ struct SimulatedWindow {
   // stem.
   double severity_percent = 0.0;
 
-  LoopWindow view() const noexcept { return {pv, co}; }
+  numeric::LoopView view() const noexcept { return {.pv = pv, .co = co}; }
 };
 
 // Returns the names from which `other` is drawn.

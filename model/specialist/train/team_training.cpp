@@ -6,6 +6,8 @@
 #include <limits>
 
 #include "model/numeric/random.hpp"
+#include "model/specialist/judge/limits.hpp"
+#include "model/specialist/train/limits.hpp"
 
 namespace loopwarden::specialist {
 namespace {
@@ -13,15 +15,8 @@ namespace {
 using Eigen::Index;
 using Eigen::MatrixXd;
 
-constexpr std::size_t kBatch = 64;
-constexpr double kStep = 2e-3;   // of Adam, falls to a tenth towards the last epoch
-constexpr double kDecay = 1e-4;  // of the weights, per step
-constexpr double kFirstMoment = 0.9;
-constexpr double kSecondMoment = 0.999;
-constexpr int kMostTries = 20;
-
 // no_fault appears twice, because plants are mostly healthy.
-constexpr std::array kReversals{
+constexpr std::array kConditionCycle{
     Condition::no_fault,       Condition::stiction, Condition::backlash, Condition::hysteresis,
     Condition::low_air_supply, Condition::other,    Condition::no_fault};
 
@@ -65,12 +60,13 @@ double softmax(MatrixXd& scores, const std::vector<Index>& condition, std::size_
 
 void adam(Eigen::Ref<MatrixXd> weights, Eigen::Ref<MatrixXd> first, Eigen::Ref<MatrixXd> second,
           const MatrixXd& gradient, double step, double steps) {
-  first = kFirstMoment * first + (1.0 - kFirstMoment) * gradient;
-  second = kSecondMoment * second + (1.0 - kSecondMoment) * gradient.cwiseAbs2();
-  const double a = 1.0 / (1.0 - std::pow(kFirstMoment, steps));
-  const double b = 1.0 / (1.0 - std::pow(kSecondMoment, steps));
+  first = TrainLimits::kFirstMoment * first + (1.0 - TrainLimits::kFirstMoment) * gradient;
+  second = TrainLimits::kSecondMoment * second +
+           (1.0 - TrainLimits::kSecondMoment) * gradient.cwiseAbs2();
+  const double a = 1.0 / (1.0 - std::pow(TrainLimits::kFirstMoment, steps));
+  const double b = 1.0 / (1.0 - std::pow(TrainLimits::kSecondMoment, steps));
   weights.array() -= step * (a * first.array() / ((b * second.array()).sqrt() + 1e-8) +
-                             kDecay / kStep * weights.array());
+                             TrainLimits::kDecay / TrainLimits::kStep * weights.array());
 }
 
 // Makes one step of one specialist along its share of the gradient, `left` = p - y.
@@ -97,17 +93,19 @@ void learn(Network& n, Moments& m, const MatrixXd& x, const Eigen::RowVectorXd& 
 double epoch(TeamState& state, const Cases& cases, const std::vector<Index>& order, double step) {
   double sum = 0.0;
   std::size_t batches = 0;
-  std::vector<Index> condition(kBatch);
-  for (std::size_t from = 0; from + kBatch <= order.size(); from += kBatch) {
-    MatrixXd x(cases.inputs.rows(), static_cast<Index>(kBatch));
-    for (std::size_t k = 0; k < kBatch; ++k) {
+  std::vector<Index> condition(TrainLimits::kBatch);
+  for (std::size_t from = 0; from + TrainLimits::kBatch <= order.size();
+       from += TrainLimits::kBatch) {
+    MatrixXd x(cases.inputs.rows(), static_cast<Index>(TrainLimits::kBatch));
+    for (std::size_t k = 0; k < TrainLimits::kBatch; ++k) {
       x.col(static_cast<Index>(k)) = cases.inputs.col(order[from + k]);
       condition[k] = cases.condition[static_cast<std::size_t>(order[from + k])];
     }
     MatrixXd p = scores(state.networks, x);
     sum += softmax(p, condition, 0);
     ++batches;
-    for (std::size_t k = 0; k < kBatch; ++k) p(condition[k], static_cast<Index>(k)) -= 1.0;
+    for (std::size_t k = 0; k < TrainLimits::kBatch; ++k)
+      p(condition[k], static_cast<Index>(k)) -= 1.0;
     ++state.steps;
     for (std::size_t c = 0; c < kConditions; ++c) {
       learn(state.networks[c], state.moments[c], x, p.row(static_cast<Index>(c)), step,
@@ -137,7 +135,8 @@ TeamRestart run_restart(const Cases& training, const Cases& validation,
       std::swap(order[k - 1], order[static_cast<std::size_t>(random.bits() % k)]);
     }
     const double done = static_cast<double>(e) / static_cast<double>(settings.most_epochs);
-    TeamEpoch now{restart, e, epoch(state, training, order, kStep * (1.0 - 0.9 * done)), 0.0};
+    TeamEpoch now{restart, e,
+                  epoch(state, training, order, TrainLimits::kStep * (1.0 - 0.9 * done)), 0.0};
     MatrixXd p = scores(state.networks, validation.inputs);
     now.validation = softmax(p, validation.condition, 0);
     best.epochs.push_back(now);
@@ -218,15 +217,16 @@ std::vector<Example> simulate_examples(const plant::LoopModel& model, std::size_
   parallel_for((count + kChunk - 1) / kChunk, [&](std::size_t chunk) {
     WindowFitter fitter(facts_of(model));
     for (std::size_t k = chunk * kChunk; k < std::min(count, (chunk + 1) * kChunk); ++k) {
-      for (int attempt = 0; attempt < kMostTries; ++attempt) {
+      for (int attempt = 0; attempt < TrainLimits::kMostTries; ++attempt) {
         const std::size_t number = first + k;
-        const WindowRequest request{.condition = kReversals[number % kReversals.size()]};
-        const SimulatedWindow window = simulate_window(
-            model, request,
-            stream_seed(seed, kMostTries * number + static_cast<std::size_t>(attempt)));
+        const WindowRequest request{.condition = kConditionCycle[number % kConditionCycle.size()]};
+        const SimulatedWindow window =
+            simulate_window(model, request,
+                            stream_seed(seed, TrainLimits::kMostTries * number +
+                                                  static_cast<std::size_t>(attempt)));
         const WindowFits found = fitter.fit(window.view());
         // Operators don't leave a loop at the limits of its output for long.
-        if (!found.usable || found.shut_share > kMostShut) continue;
+        if (!found.usable || found.shut_share > JudgeLimits::kMostShut) continue;
         examples[k] = {network_inputs_of(found), window.condition,
                        std::log(misfit_of(found, window.condition) / (found.noise * found.noise))};
         break;
@@ -274,8 +274,8 @@ TeamTraining train_team(const LoopFacts& facts, const std::vector<Example>& exam
     }
     std::sort(misfits.begin(), misfits.end());
     if (misfits.empty()) continue;
-    const auto place =
-        static_cast<std::size_t>(kMisfitQuantile * static_cast<double>(misfits.size() - 1));
+    const auto place = static_cast<std::size_t>(JudgeLimits::kMisfitQuantile *
+                                                static_cast<double>(misfits.size() - 1));
     member.most_misfit = misfits[place];
   }
   return result;

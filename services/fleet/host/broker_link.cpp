@@ -2,7 +2,6 @@
 #include "services/fleet/host/broker_link.hpp"
 
 #include <algorithm>
-#include <array>
 #include <chrono>
 #include <thread>
 #include <utility>

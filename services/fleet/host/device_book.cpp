@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "services/fleet/host/device_book.hpp"
 
-#include <utility>
-
 namespace loopwarden::fleet {
 namespace {
 

@@ -12,7 +12,6 @@
 #include <csignal>
 #include <optional>
 #include <random>
-#include <stdexcept>
 #include <thread>
 #include <utility>
 

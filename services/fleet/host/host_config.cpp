@@ -4,16 +4,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <iterator>
 #include <stdexcept>
 #include <string_view>
 #include <utility>
 
 #include "config/file_keys.hpp"
 #include "config/log_level.hpp"
-#include "config/map_reader.hpp"
-#include "config/source_file.hpp"
-#include "config/yaml_document.hpp"
+#include "config/document.hpp"
 #include "services/net/sparkplug/topic.hpp"
 #include "base/peer_list.hpp"
 
@@ -135,13 +132,11 @@ void read_rest(MapReader& in, HostConfig& config, const std::string& file) {
 }
 
 void read_file(const std::string& file, std::string_view text, Report& report, HostConfig& config) {
-  std::optional<config::YamlNode> root = config::parse_yaml(text, report);
-  if (!root) return;
-  MapReader in(*root, "", report);
-  read_broker(in, config, file);
-  read_database(in, config, file);
-  read_rest(in, config, file);
-  config::report_unknown_keys(*root, report);
+  config::read_document(text, report, [&](MapReader& in) {
+    read_broker(in, config, file);
+    read_database(in, config, file);
+    read_rest(in, config, file);
+  });
 }
 
 // Reports an error of the command line, which has no position in a file.

@@ -3,9 +3,7 @@
 // one transaction.
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
-#include <map>
 #include <string>
 
 #include <pqxx/pqxx>

@@ -48,11 +48,7 @@ Client::Client(ClientSettings settings)
 }
 
 Client::~Client() {
-  {
-    const std::lock_guard lock(mutex_);
-    quit_ = true;
-  }
-  changed_.notify_all();
+  base::ask_to_end(mutex_, quit_, changed_);
   thread_.join();
 }
 

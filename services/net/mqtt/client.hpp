@@ -21,7 +21,6 @@
 #include <optional>
 #include <random>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "base/back_off.hpp"

@@ -10,7 +10,6 @@
 
 #include <cstdint>
 #include <optional>
-#include <string>
 
 #include "services/net/sparkplug/host_state.hpp"
 #include "services/net/sparkplug/sequence.hpp"

@@ -6,7 +6,6 @@
 
 #include <chrono>
 #include <csignal>
-#include <exception>
 #include <memory>
 #include <stdexcept>
 #include <utility>

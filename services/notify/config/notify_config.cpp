@@ -7,11 +7,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <optional>
 
-#include "config/map_reader.hpp"
-#include "config/source_file.hpp"
-#include "config/yaml_document.hpp"
+#include "config/document.hpp"
 #include "model/alarm/box_alarms.hpp"
 #include "services/notify/config/channel_reader.hpp"
 #include "services/notify/config/route_reader.hpp"
@@ -170,29 +167,16 @@ NotifyConfig read_notify(MapReader& in, const std::string& file) {
 }  // namespace
 
 config::Loaded<NotifyConfig> read_notify_text(const std::string& file, std::string_view text) {
-  config::Report report(file);
-  NotifyConfig notify;
-  if (std::optional<config::YamlNode> root = config::parse_yaml(text, report)) {
-    MapReader in(*root, "", report);
-    notify = read_notify(in, file);
-    config::report_unknown_keys(*root, report);
-  }
-  return config::loaded(std::move(notify), report);
+  return config::load_text<NotifyConfig>(file, text,
+                                         [&](MapReader& in) { return read_notify(in, file); });
 }
 
 config::Loaded<NotifyConfig> read_notify_file(const std::filesystem::path& path) {
-  config::Report report(path.string());
-  const std::optional<std::string> text = config::read_source_file(path, report);
-  if (!text) return config::loaded(NotifyConfig{}, report);
-  return read_notify_text(path.string(), *text);
+  return config::load_file(path, read_notify_text);
 }
 
 config::KeyReference describe_notify() {
-  config::Report unused("");
-  config::KeyReference reference;
-  MapReader in(reference, "", unused);
-  read_notify(in, "");
-  return reference;
+  return config::keys_of([](MapReader& in) { read_notify(in, ""); });
 }
 
 }  // namespace loopwarden::notify

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Reads notify.yaml: the daemon that loopwarden-notify watches, its channels and its routes.
-// docs/notify-keys.md lists every key.
+// docs/reference/notify-keys.md lists every key.
 #pragma once
 
 #include <filesystem>

@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 
 #include "model/alarm/alarm_kind.hpp"
 #include "model/alarm/box_alarms.hpp"

@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "services/notify/picture/picture_maker.hpp"
 
-#include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <cmath>
 #include <exception>
-#include <limits>
 #include <optional>
 #include <set>
 #include <utility>

@@ -10,7 +10,6 @@
 #include <cmath>
 #include <limits>
 #include <memory>
-#include <optional>
 #include <vector>
 
 #include "base/text.hpp"
@@ -324,7 +323,7 @@ void draw_event(Canvas& canvas, const TrendPicture& picture, const TimeAxis& tim
   canvas.dash(false);
   canvas.font(kSmall);
   const double part = x > (kLeft + kRight) / 2.0 ? 1.0 : 0.0;
-  canvas.text(clock_text(picture.event_ms, *picture.zone, "alarm came %T"),
+  canvas.text(clock_text(picture.event_ms, *picture.zone, "alarm %T"),
               x + (part > 0.5 ? -4.0 : 4.0), kMark, part);
 }
 

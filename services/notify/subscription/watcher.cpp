@@ -37,11 +37,7 @@ void Watcher::start() {
 }
 
 bool Watcher::stop_for(std::chrono::milliseconds patience) {
-  {
-    const std::lock_guard lock(mutex_);
-    quit_ = true;
-  }
-  wake_.notify_all();
+  base::ask_to_end(mutex_, quit_, wake_);
   return thread_.join_for(patience);
 }
 

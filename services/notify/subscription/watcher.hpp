@@ -3,7 +3,6 @@
 // thread. Reconnects automatically.
 #pragma once
 
-#include <atomic>
 #include <chrono>
 #include <condition_variable>
 #include <map>

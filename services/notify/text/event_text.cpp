@@ -5,13 +5,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <set>
-#include <string_view>
-#include <utility>
 #include <vector>
 
 #include "base/text.hpp"
@@ -29,10 +28,10 @@ date::sys_time<std::chrono::milliseconds> time_of(std::int64_t utc_ms) {
 }
 
 std::string daemon_sentence(const Event& event) {
-  if (event.change == Change::went) return "the daemon answers again";
+  if (event.change == Change::went) return "loopwardend responds again";
   if (event.change == Change::unacknowledged)
-    return fmt::format("the daemon has not answered for {} min", event.waits_min);
-  return "the daemon does not answer: no loop is watched";
+    return fmt::format("loopwardend has not responded for {} min", event.waits_min);
+  return "loopwardend does not respond, so no alarms are raised";
 }
 
 // Alarms are reported within seconds, unless the program or the daemon was away.
@@ -48,8 +47,10 @@ std::string what_happened(const Event& event, const Sender& sender) {
   if (event.change == Change::unacknowledged)
     return fmt::format("not acknowledged for {} min", event.waits_min);
   if (event.change == Change::came && event.noticed_ms - event.utc_ms >= kLate)
-    return fmt::format("is there since {}", local_time(event.utc_ms, *sender.zone));
-  return to_text(event.change);
+    return fmt::format("alarm, active since {}", local_time(event.utc_ms, *sender.zone));
+  return event.change == Change::came   ? "alarm"
+         : event.change == Change::went ? "cleared"
+                                        : to_text(event.change);
 }
 
 // Returns links to all alarms of the message, or to the page itself if they are many.
@@ -67,7 +68,7 @@ std::string links(const Message& message, const Sender& sender) {
   return text;
 }
 
-// Returns " of FIC-101 and FIC-102", for example, if they are few.
+// Returns " on FIC-101 and FIC-102", for example, if they are few.
 std::string few_loops(const Message& message) {
   constexpr std::size_t kFew = 3;
   std::vector<std::string> loops;
@@ -79,7 +80,7 @@ std::string few_loops(const Message& message) {
   if (!all || loops.size() > kFew) return "";
   std::string text;
   for (std::size_t i = 0; i < loops.size(); ++i) {
-    text += i == 0 ? " of " : i + 1 < loops.size() ? ", " : " and ";
+    text += i == 0 ? " on " : i + 1 < loops.size() ? ", " : " and ";
     text += loops[i].empty() ? "the daemon" : loops[i];
   }
   return text;
@@ -87,11 +88,11 @@ std::string few_loops(const Message& message) {
 
 // Returns the count of each change in words.
 std::string counted(const Message& message) {
+  constexpr std::array kCounted{"new", "cleared", "acknowledged", "shelved", "not acknowledged"};
   std::string text;
   for (std::size_t i = 0; i < message.counts.size(); ++i) {
     if (message.counts.at(i) == 0) continue;
-    text += fmt::format("{}{} {}", text.empty() ? "" : ", ", message.counts.at(i),
-                        to_text(static_cast<Change>(i)));
+    text += fmt::format("{}{} {}", text.empty() ? "" : ", ", message.counts.at(i), kCounted.at(i));
   }
   return text;
 }
@@ -126,21 +127,21 @@ std::string details(const Event& event, const Sender& sender) {
   const alarm::AlarmGuide& guide = usual->guide;
   std::string text = fmt::format("\n{} {}\n", event.loop, alarm_words(event.alarm));
   const auto line = [&](const char* what, const std::string& value) {
-    if (!value.empty()) text += fmt::format("  {:<12} {}\n", what, value);
+    if (!value.empty()) text += fmt::format("  {:<15} {}\n", what, value);
   };
   const auto said = [](const std::string& own, const char* otherwise) {
     return own.empty() ? std::string(otherwise) : own;
   };
-  if (event.change == Change::came) line("since:", local_time(event.utc_ms, *sender.zone));
-  line("area:", event.area);
-  line("priority:", event.priority);
+  if (event.change == Change::came) line("Since:", local_time(event.utc_ms, *sender.zone));
+  line("Area:", event.area);
+  line("Priority:", event.priority);
   if (event.severity_percent) {
-    line("size:", fmt::format("{:.1f} % of the output's span", *event.severity_percent));
+    line("Size:", fmt::format("{:.1f} % of CO span", *event.severity_percent));
   }
-  line("why:", said(event.why, guide.cause));
-  line("leads to:", guide.consequence);
-  line("what to do:", said(event.action, guide.action));
-  line("within:", said(event.time_to_act, guide.time_to_act));
+  line("Cause:", said(event.why, guide.cause));
+  line("Consequence:", guide.consequence);
+  line("Action:", said(event.action, guide.action));
+  line("Respond within:", said(event.time_to_act, guide.time_to_act));
   return text;
 }
 
@@ -182,18 +183,18 @@ std::string alarm_words(const std::string& alarm) {
       {"unknown", "Unknown valve fault"},
       {"model_gap", "No longer as commissioned"},
       {"bad_pv", "PV bad"},
-      {"output_unknown", "Output not known"},
+      {"output_unknown", "Output position unknown"},
       {"not_normal_mode", "Not in its normal mode"},
-      {"deviation", "PV off its set point"},
+      {"deviation", "PV deviates from set point"},
       {"pv_high_high", "PV far too high"},
       {"pv_high", "PV high"},
       {"pv_low", "PV low"},
       {"pv_low_low", "PV far too low"},
       {"rate_of_change", "PV changes too fast"},
-      {"clock_stepped", "Clock was set"},
-      {"service_failed", "A service has died"},
-      {"certificate_expires", "Certificate ends soon"},
-      {"records_dropped", "Cycles missing in records"}};
+      {"clock_stepped", "System clock changed"},
+      {"service_failed", "Service failed"},
+      {"certificate_expires", "Certificate expires soon"},
+      {"records_dropped", "Samples missing in records"}};
   const auto known = kWords.find(alarm);
   if (known != kWords.end() || alarm.empty()) return known == kWords.end() ? "" : known->second;
   std::string words = base::in_words(alarm);
@@ -216,19 +217,19 @@ std::string subject_of(const Event& event) {
 std::string sentence(const Event& event, const Sender& sender) {
   if (event.alarm == kDaemonAlarm) return daemon_sentence(event);
   std::string text = fmt::format("{} {}", subject_of(event), what_happened(event, sender));
-  if (event.severity_percent) text += fmt::format(", {:.1f} %", *event.severity_percent);
+  if (event.severity_percent) text += fmt::format(", {:.1f} % of CO span", *event.severity_percent);
   if (!event.peer.empty()) text += fmt::format(", by {}", person_of(event.peer));
   if (!event.reason.empty()) text += fmt::format(" ({})", event.reason);
   return text;
 }
 
 std::string headline(const Message& message, const Sender& sender) {
-  if (message.test) return fmt::format("{}: test of channel {}", sender.box, message.channel);
+  if (message.test) return fmt::format("[{}] test of channel {}", sender.box, message.channel);
   if (message.count() == 1) {
-    return fmt::format("{}: {}", sender.box, sentence(message.events.front(), sender));
+    return fmt::format("[{}] {}", sender.box, sentence(message.events.front(), sender));
   }
-  return fmt::format("{}: {} changes of alarms{}: {}", sender.box, message.count(),
-                     few_loops(message), counted(message));
+  return fmt::format("[{}] {} alarm changes{}: {}", sender.box, message.count(), few_loops(message),
+                     counted(message));
 }
 
 std::string letter(const Message& message, const Sender& sender) {
@@ -239,8 +240,9 @@ std::string letter(const Message& message, const Sender& sender) {
   }
   const auto listed = static_cast<std::int64_t>(message.events.size());
   if (message.count() > listed) text += fmt::format("... and {} more\n", message.count() - listed);
-  if (message.lost > 0) text += fmt::format("{} older events were dropped\n", message.lost);
-  if (message.perhaps_twice) text += "This message may be a repetition.\n";
+  if (message.lost > 0)
+    text += fmt::format("{} older events were dropped because the queue was full\n", message.lost);
+  if (message.perhaps_twice) text += "This message may be a duplicate.\n";
   if (message.events.size() <= kMostGuided) text += guides(message, sender);
   text += links(message, sender);
   return text + fmt::format("\n-- \nloopwarden-notify on {}, message {}\n", sender.box, message.id);

@@ -32,8 +32,8 @@ inline constexpr std::size_t kMostGuided = 5;
 
 // Returns "FIC-101 (cooling water): Stiction", for example.
 std::string subject_of(const Event& event);
-// Returns "FIC-101 (cooling water): Stiction came, 6.1 %", for example. The time follows only if
-// the report is late.
+// Returns "FIC-101 (cooling water): Stiction alarm, 6.1 % of CO span", for example. The time
+// follows only if the report is late.
 std::string sentence(const Event& event, const Sender& sender);
 // Returns one line for the whole message: the sentence of a single event, or the counts of several.
 std::string headline(const Message& message, const Sender& sender);

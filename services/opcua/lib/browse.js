@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// All variables below a node as CSV, with what the server knows of them: data type, engineering unit, range, description.
+// Writes all variables below a node as CSV, with data type, engineering unit, range and description from the server.
 import { AttributeIds, BrowseDirection, browseAll, DataType, NodeClass, NodeClassMask, resolveNodeId } from "node-opcua-client";
 import { fromNodeId } from "./node_ids.js";
 import { splitUp } from "./server.js";
@@ -14,7 +14,7 @@ const COLUMNS = ["name", "node_id", "data_type", "unit", "low", "high", "descrip
 const quoted = (text) => (/[",\r\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text);
 const asRow = (cells) => `${cells.map((cell) => quoted(String(cell ?? ""))).join(",")}\n`;
 
-// [{name, nodeId, unit, range}]: `unit` and `range` are the node ids of its properties, where it has them.
+// Returns [{name, nodeId, unit, range}]: `unit` and `range` are the node ids of its properties, if it has them.
 async function findVariables(session, root) {
   const found = new Map();
   const seen = new Set([root.toString(), SERVER_OBJECT]);
@@ -58,13 +58,13 @@ async function readAll(server, asked) {
   return values;
 }
 
-// Names of types that the server has defined are their node ids.
+// Types that the server defines are named by their node ids.
 function typeName(nodeId, namespaces) {
   if (nodeId?.namespace === 0 && DataType[nodeId.value]) return DataType[nodeId.value];
   return nodeId ? fromNodeId(nodeId, namespaces) : "";
 }
 
-// `root`: a node id of the server; else its folder Objects. Writes to `out`, returns how many there are.
+// `root`: a node id of the server, otherwise its folder Objects. Writes to `out`, returns the number of variables.
 export async function browse(server, root, out) {
   const variables = await findVariables(server.session, root ?? resolveNodeId(OBJECTS_FOLDER));
   const asked = variables.flatMap(({ nodeId, unit, range }) => [

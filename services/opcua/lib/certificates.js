@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Own key and certificate, made where there are none, and the server certificates that somebody has trusted by hand: each is a
-// file of trusted/, PEM or DER, and counts until it expires or is taken away. Authorities and revocation lists don't count.
+// Own key and certificate, made if they are missing, and the trusted certificates of servers. An administrator trusts each one explicitly.
+// Each is a file of trusted/, PEM or DER, and is valid until it expires or is removed. Authorities and revocation lists don't count.
 import { X509Certificate } from "node:crypto";
 import fs from "node:fs";
 import os from "node:os";
@@ -12,7 +12,7 @@ const OWN_DAYS = 3650;
 export class Untrusted extends Error {}
 export class Expired extends Error {}
 
-// The first certificate of a chain in DER: an endpoint gives its issuers behind it.
+// Returns the first certificate of a chain in DER: an endpoint appends its issuers.
 export function leafOf(der) {
   const length = der[0] === 0x30 && der[1] === 0x82 ? 4 + der.readUInt16BE(2) : der.length;
   return new X509Certificate(der.subarray(0, length));
@@ -27,7 +27,7 @@ const outOfTime = (certificate) => Date.now() < Date.parse(certificate.validFrom
 export class Certificates {
   #trusted;
 
-  // Makes what is missing below `directory`.
+  // Makes missing folders and files below `directory`.
   static async open(directory) {
     const certificates = new Certificates();
     const folder = path.join(directory, "pki");
@@ -54,7 +54,7 @@ export class Certificates {
   get own() {
     return new X509Certificate(fs.readFileSync(this.file));
   }
-  // As it stands in the certificate: servers compare, and the host's name may have changed since.
+  // The name as in the certificate: servers compare it, and the host's name may have changed since.
   get applicationUri() {
     return /URI:([^,\s]+)/.exec(this.own.subjectAltName)[1];
   }
@@ -67,20 +67,20 @@ export class Certificates {
     const certificate = leafOf(der);
     const file = this.#files().find((one) => one.certificate.raw.equals(certificate.raw))?.file;
     if (!file) throw new Untrusted(`the server's certificate is not trusted:\n${describe(certificate)}`);
-    if (outOfTime(certificate)) throw new Expired(`the server's certificate ${file} is valid from ${certificate.validFrom} to ${certificate.validTo}, not now`);
+    if (outOfTime(certificate)) throw new Expired(`the server's certificate ${file} is valid only from ${certificate.validFrom} to ${certificate.validTo}`);
   }
   checkOwn() {
     const { own } = this;
     if (outOfTime(own)) {
-      throw new Expired(`the own certificate ${this.file} is valid from ${own.validFrom} to ${own.validTo}, not now: remove it, and the next start makes another one`);
+      throw new Expired(`own certificate ${this.file}: valid only from ${own.validFrom} to ${own.validTo}. Remove it: the next start makes a new one`);
     }
   }
 
-  // Its file. Throws Untrusted where the fingerprint is another one.
+  // Returns the path of the new file. Throws Untrusted if the fingerprint differs.
   trust(der, fingerprint) {
     const plain = (text) => text.replaceAll(/[^0-9a-fA-F]/g, "").toLowerCase();
     const certificate = leafOf(der);
-    if (plain(fingerprint) !== plain(certificate.fingerprint256)) throw new Untrusted(`the server's certificate is another one:\n${describe(certificate)}`);
+    if (plain(fingerprint) !== plain(certificate.fingerprint256)) throw new Untrusted(`the server's certificate has another fingerprint:\n${describe(certificate)}`);
     const file = path.join(this.#trusted, `${plain(certificate.fingerprint256)}.pem`);
     fs.writeFileSync(file, certificate.toString());
     return file;

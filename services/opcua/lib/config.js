@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// opcua.yaml, as strict as the other files: every error with line, column, key and what was expected.
+// Reads opcua.yaml as strictly as the other files: every error has line, column, key and the expected value.
 import fs from "node:fs";
 import path from "node:path";
 import { isMap, isScalar, LineCounter, parseDocument, visit } from "yaml";
@@ -12,17 +12,17 @@ const LONGEST_NAME = 200; // characters
 
 const positive = (low, high, fallback, meaning) => ({ kind: "number", low, high, unit: "s", fallback, meaning });
 export const KEYS = {
-  url: { kind: "url", meaning: "of the server: opc.tcp://HOST[:PORT], opened as it stands here, whatever host the server calls itself" },
-  user: { kind: "text", fallback: "", meaning: "account at the server, with reading rights alone; empty: anonymous" },
-  password: { kind: "secret", fallback: "", meaning: "of user: `credential`, a name of LoadCredential=, or `file`, whose first line it is" },
-  runtime_directory: { kind: "path", fallback: "/run/loopwardend", meaning: "of loopwardend, where feed.sock is" },
-  state_directory: { kind: "path", fallback: "/var/lib/loopwarden-opcua", meaning: "own key and certificate, trusted certificates" },
-  publishing_interval: positive(0.05, 60, 1, "between two messages of the server, which are its sign of life: a third of max_age of the loops, or shorter"),
-  sampling_interval: positive(0.01, 60, 1, "at which the server looks at each node"),
+  url: { kind: "url", meaning: "address of the server: opc.tcp://HOST[:PORT]. It is used as written, even if the server reports another host" },
+  user: { kind: "text", fallback: "", meaning: "account on the server, with read permission only; empty: anonymous" },
+  password: { kind: "secret", fallback: "", meaning: "password of `user`: `credential`, a name of LoadCredential=, or `file`, a path; its first line is used" },
+  runtime_directory: { kind: "path", fallback: "/run/loopwardend", meaning: "runtime directory of loopwardend, which contains feed.sock" },
+  state_directory: { kind: "path", fallback: "/var/lib/loopwarden-opcua", meaning: "directory of the own key and certificate and of trusted certificates" },
+  publishing_interval: positive(0.05, 60, 1, "time between two messages of the server, which show that it is alive; at most a third of max_age of the loops"),
+  sampling_interval: positive(0.01, 60, 1, "interval at which the server samples each node"),
   reconnect_min: positive(0.1, 600, 1, "first wait before a new attempt; it doubles"),
-  reconnect_max: positive(0.1, 3600, 30, "longest wait before a new attempt, and until nodes that the server has refused are asked for again"),
-  log_level: { kind: "choice", words: ["debug", "info", "warn", "error"], fallback: "info", meaning: "least grave message that is logged" },
-  nodes: { kind: "nodes", meaning: "NAME: node id. NAME stands in the loops' files behind `opcua:`" },
+  reconnect_max: positive(0.1, 3600, 30, "longest wait before a new attempt, and before refused nodes are requested again"),
+  log_level: { kind: "choice", words: ["debug", "info", "warn", "error"], fallback: "info", meaning: "lowest severity that is logged" },
+  nodes: { kind: "nodes", meaning: "NAME: node id. The loops' files use NAME after `opcua:`" },
 };
 
 const READERS = {
@@ -33,7 +33,7 @@ const READERS = {
     try {
       url = new URL(text);
     } catch {
-      // Said below.
+      // Reported below.
     }
     if (url?.protocol !== "opc.tcp:" || url.hostname === "") throw new Error(`must be opc.tcp://HOST[:PORT] (got '${text}')`);
     return text;
@@ -62,7 +62,7 @@ class Reader {
     const { line, col } = this.#lines.linePos(offset);
     this.errors.push({ line, col, text: `${this.#file}:${line}:${col}: error: ${key ? `${key}: ` : ""}${message}` });
   }
-  // {key: its node} of a mapping whose keys are all known.
+  // Returns {key: its node} of a mapping whose keys are all known.
   entries(map, known, prefix = "") {
     const found = {};
     for (const { key, value } of map.items) {
@@ -91,12 +91,12 @@ class Reader {
   }
   secret(key, node, at) {
     if (!isMap(node)) {
-      this.error(at, key, "must be {credential: NAME} or {file: PATH}: it never stands here itself");
+      this.error(at, key, "must be {credential: NAME} or {file: PATH}. Don't write the password into this file");
       return null;
     }
     const found = this.entries(node, ["credential", "file"], `${key}.`);
     if (Object.keys(found).length !== 1) {
-      this.error(at, key, "must have either `credential` or `file`");
+      this.error(at, key, "must have either `credential` or `file`, not both");
       return null;
     }
     const [[kind, { value }]] = Object.entries(found);
@@ -127,7 +127,7 @@ class Reader {
   }
 }
 
-// {config} or {errors: [text]}. `needed`: keys that must be there.
+// Returns {config} or {errors: [text]}. `needed`: required keys.
 export function readConfigText(file, text, needed = ["url", "nodes"]) {
   const lines = new LineCounter();
   const document = parseDocument(text, { lineCounter: lines, prettyErrors: false });
@@ -135,7 +135,7 @@ export function readConfigText(file, text, needed = ["url", "nodes"]) {
   for (const error of document.errors) reader.error(error.pos[0], "", error.message.replace(/\s+/g, " "));
   if (reader.errors.length === 0) {
     visit(document, (_, node) => {
-      if (node?.anchor || node?.tag || node?.type === "ALIAS") reader.error(node.range[0], "", "anchors and tags are not taken");
+      if (node?.anchor || node?.tag || node?.type === "ALIAS") reader.error(node.range[0], "", "anchors and tags are not allowed");
     });
     if (!isMap(document.contents)) reader.error(0, "", "must be a mapping of keys to values");
   }
@@ -164,9 +164,9 @@ export function readConfigFile(file, needed) {
   }
 }
 
-// The first line of the file. Throws Error.
+// Returns the first line of the file. Throws Error.
 export function readSecret({ credential, file }) {
-  if (credential && !process.env.CREDENTIALS_DIRECTORY) throw new Error(`credential '${credential}': systemd has given none (LoadCredential= of the unit)`);
+  if (credential && !process.env.CREDENTIALS_DIRECTORY) throw new Error(`credential '${credential}': not provided by systemd. Add LoadCredential= to the unit`);
   const from = credential ? path.join(process.env.CREDENTIALS_DIRECTORY, credential) : file;
   const [line] = fs.readFileSync(from, "utf8").split(/\r?\n/, 1);
   if (line === "" || Buffer.byteLength(line) > LONGEST_SECRET) throw new Error(`${from}: its first line must have 1 to ${LONGEST_SECRET} bytes`);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The daemon's feed.sock: a line of JSON for each notification, connected again by itself. Of what can't be sent the newest
-// of each name is kept, and sent first when the daemon takes lines again.
+// The connection to the daemon's feed.sock: a line of JSON for each notification, reconnected automatically. If values can't be sent, the
+// newest of each name is kept, and sent first when the daemon accepts lines again.
 import net from "node:net";
 import os from "node:os";
 import { pause } from "./pause.js";
@@ -12,9 +12,9 @@ export class Feed {
   #path;
   #log;
   #socket = null;
-  #full = false; // the daemon reads slower than values come
+  #full = false; // the daemon reads slower than values arrive
   #ended = false;
-  #newest = new Map(); // by name, all that were ever sent: a daemon that was restarted knows none
+  #newest = new Map(); // by name, all that were ever sent: a restarted daemon has no values
   #waiting = new Set();
   #replaced = 0;
   #attempts = 0;
@@ -27,7 +27,7 @@ export class Feed {
     this.#connect();
   }
 
-  // values: [{name, value, time, quality}]; none: a sign of life.
+  // values: [{name, value, time, quality}]; an empty list shows that the feeder is alive.
   send(values) {
     for (const one of values) this.#newest.set(one.name, one);
     if (!this.#socket) return;
@@ -83,12 +83,12 @@ export class Feed {
       if (this.#newest.size > 0) this.#write([...this.#newest.values()]);
     });
     socket.on("drain", () => this.#drained());
-    socket.on("data", () => {}); // without an id nothing is answered
+    socket.on("data", () => {}); // requests without an id get no answer
     socket.on("error", (error) => { why = error.message; });
     socket.on("close", () => {
       this.#socket = null;
       if (this.#ended) return;
-      // One that was let go at once is not wanted.
+      // The daemon closes the connection of an unknown feeder at once.
       const stayed = connected > 0 && Date.now() - connected > 5000;
       this.#attempts = stayed ? 1 : this.#attempts + 1;
       this.#say(why || (stayed ? "loopwardend has closed it" : `loopwardend has closed it: is user '${os.userInfo().username}' a feeder in loopwardend.yaml?`));
@@ -101,7 +101,7 @@ export class Feed {
     }, 200));
   }
 
-  // Once, not at each attempt.
+  // Logs a text once, not at each attempt.
   #say(text) {
     if (text !== this.#said) this.#log.warn(`${this.#path}: ${text}`);
     this.#said = text;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lines to standard error, as the other services write them.
+// Writes lines to standard error, like the other services.
 const LEVELS = ["debug", "info", "warn", "error"];
 const MOST_A_MINUTE = 50; // lines about single values
 
@@ -16,7 +16,7 @@ export class Log {
   warn(text) { this.#write("warn", text); }
   error(text) { this.#write("error", text); }
 
-  // About one value of thousands: beyond MOST_A_MINUTE only the number of lines is told.
+  // Logs a line about one value of thousands. Beyond MOST_A_MINUTE only the number of lines is logged.
   ofValue(text) {
     const minute = Math.floor(Date.now() / 60_000);
     if (minute !== this.#minute) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// "; did you mean 'url'?" for a word that is near a known one, else nothing.
+// Returns "; did you mean 'url'?" for a word near a known one, otherwise "".
 function distance(a, b) {
   let row = Array.from({ length: b.length + 1 }, (_, i) => i);
   for (let i = 1; i <= a.length; i++) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Node ids as OPC UA 10000-6, 5.3.1.11 (1.05) writes them, the namespace by its URI: nsu=urn:plant:dcs;s=FIC205.PV. An index
-// may be another one after each start of the server. Without nsu= it is OPC UA's own namespace, 0. In a URI ';' is
+// Node ids in the notation of OPC UA 10000-6, 5.3.1.11 (1.05), with the namespace by its URI: nsu=urn:plant:dcs;s=FIC205.PV. An index
+// may change with each start of the server. Without nsu= the namespace is OPC UA's own, 0. In a URI ';' is
 // %3B and '%' is %25.
 import { resolveNodeId } from "node-opcua-client";
 
@@ -12,7 +12,7 @@ const IDENTIFIERS = {
   b: /^[A-Za-z0-9+/]+={0,2}$/,
 };
 
-// Throws Error with what was expected.
+// Throws Error with the expected notation.
 export function parseNodeId(text) {
   if (/^ns=/.test(text)) throw new Error("must name its namespace by the URI, nsu=URI;s=NAME: an index may change ('loopwarden-opcua browse' prints them so)");
   const [, uri, kind, identifier] = FORM.exec(text) ?? [];
@@ -22,7 +22,7 @@ export function parseNodeId(text) {
   return { uri: uri?.replaceAll("%3B", ";").replaceAll("%25", "%"), identifier: `${kind}=${identifier}` };
 }
 
-// For a server with these namespaces; undefined if it has no such one.
+// Returns the node id for a server with these namespaces; undefined if the namespace is missing.
 export function toNodeId({ uri, identifier }, namespaces) {
   const index = uri === undefined ? 0 : namespaces.indexOf(uri);
   return index < 0 ? undefined : resolveNodeId(`ns=${index};${identifier}`);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The library tells its troubles at length, on standard output too. What fails is told by whoever asked for it. Imported
+// Silences the library, which reports problems at length, also on standard output. The callers report failures themselves. Imported
 // before the library.
 import { setErrorLogger, setWarningLogger } from "node-opcua-debug";
 

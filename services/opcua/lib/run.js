@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The feeder itself: a session after the other until it is told to end.
+// Runs the feeder: one session after another until it is stopped.
 import path from "node:path";
 import { Certificates, describe, Expired, Untrusted } from "./certificates.js";
 import { Feed } from "./feed.js";
@@ -9,14 +9,14 @@ import { Watch } from "./watch.js";
 
 const WARN_OWN_DAYS = 30;
 
-// Returns true if it was told to end. Throws Untrusted where the first server that answers has a certificate that nobody has
-// trusted. One that is replaced later is waited for: the values are stale meanwhile.
+// Returns true if it was stopped. Throws Untrusted if the first server that answers has a certificate that is not trusted.
+// After the first session it waits instead until a replaced certificate is trusted: the values are stale meanwhile.
 export async function run(config, log, ended) {
   const certificates = await Certificates.open(config.state_directory);
   const { own } = certificates;
   log.info(`own certificate ${certificates.file}: ${describe(own).replace("\n", ", ")}`);
   if (Date.parse(own.validTo) - Date.now() < WARN_OWN_DAYS * 86_400_000) {
-    log.warn(`the own certificate ends on ${own.validTo}: remove it, and the next start makes another one`);
+    log.warn(`own certificate: expires on ${own.validTo}. Remove it: the next start makes a new one`);
   }
   const feed = new Feed(path.join(config.runtime_directory, "feed.sock"), log);
   const watch = new Watch(config, feed, log);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A session at the server: Basic256Sha256, signed and encrypted. It reads, browses and subscribes; nothing here writes or calls.
-// The library's own reconnection is off: it would go on with namespace indices that may be others by then.
+// A session at the server: Basic256Sha256, signed and encrypted. It reads, browses and subscribes; it never writes or calls methods.
+// The library's own reconnection is off, because it would continue with namespace indices that may have changed.
 import {
   AttributeIds, MessageSecurityMode, OPCUAClient, readNamespaceArray, SecurityPolicy, UserTokenType,
 } from "node-opcua-client";
@@ -10,7 +10,7 @@ import { leafOf } from "./certificates.js";
 const TIMEOUT_MS = 15_000;
 const SESSION_TIMEOUT_MS = 60_000;
 const GOODBYE_MS = 3000;
-const BATCH = 500; // where the server names no limit
+const BATCH = 500; // if the server reports no limit
 const LIMITS = { // OperationLimits of OPC UA's own namespace
   nodesPerRead: "i=11705",
   nodesPerBrowse: "i=11710",
@@ -30,12 +30,12 @@ const optionsWith = (certificates) => ({
   defaultTransactionTimeout: TIMEOUT_MS,
 });
 
-// Whatever the library says behind the first line is for its authors.
+// The first line is the message; further lines are details for the library's authors.
 export const plainly = (error) => error.message.split("\n")[0].replace(/[ .]+$/, "");
 
 const soon = (promise) => Promise.race([promise.catch(() => {}), new Promise((done) => { setTimeout(done, GOODBYE_MS).unref(); })]);
 
-// The certificate, in DER, of the endpoint that is used. Throws Error.
+// Returns the certificate, in DER, of the used endpoint. Throws Error.
 export async function askCertificate(config, certificates) {
   const client = OPCUAClient.create(optionsWith(certificates));
   try {
@@ -62,7 +62,7 @@ export class Server {
     certificates.check(der);
     const server = new Server();
     server.lost = new Promise((_, fail) => { server.fail = (why) => fail(new Error(why)); });
-    server.lost.catch(() => {}); // whoever waits for it sees it
+    server.lost.catch(() => {}); // the awaiting code handles it
     server.client = OPCUAClient.create({
       ...optionsWith(certificates),
       securityMode: MessageSecurityMode.SignAndEncrypt,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// An OPC UA value as feed.sock takes it (daemon/protocol/feed_line.hpp).
+// Converts an OPC UA value for feed.sock (daemon/protocol/feed_line.hpp).
 import { DataType } from "node-opcua-client";
 
 const WIDE = new Set([DataType.Int64, DataType.UInt64]);
@@ -11,10 +11,10 @@ const SEVERITIES = ["good", "uncertain", "bad", "bad"]; // the two highest bits 
 
 const LONGEST_WORD = 64; // bytes
 
-// A text is a word, such as AUTO; `why` says what is neither that nor a number.
+// A text is a word, such as AUTO. `why` is the error for a value that is neither a word nor a number.
 function valueOf(variant) {
   const type = DataType[variant?.dataType] ?? "nothing";
-  if (!variant || variant.arrayType !== 0) return { why: `is ${variant?.arrayType ? "an array" : "nothing"}` };
+  if (!variant || variant.arrayType !== 0) return { why: `is ${variant?.arrayType ? "an array" : "empty"}` };
   const text = variant.dataType === DataType.LocalizedText ? variant.value?.text : variant.value;
   if (typeof text === "string") {
     const word = text.length > 0 && Buffer.byteLength(text) <= LONGEST_WORD;
@@ -22,7 +22,7 @@ function valueOf(variant) {
   }
   if (!NUMBERS.has(variant.dataType)) return { why: `is of type ${type}, not a number` };
   let number = Number(variant.value);
-  // Two words of 32 bits; the high one of a signed value is given as unsigned.
+  // Two words of 32 bits; the high one of a signed value arrives as unsigned.
   if (WIDE.has(variant.dataType)) {
     const [high, low] = variant.value;
     const whole = (BigInt(high >>> 0) << 32n) | BigInt(low >>> 0);
@@ -31,12 +31,12 @@ function valueOf(variant) {
   return { one: number, why: Number.isFinite(number) ? "" : `is ${number}` };
 }
 
-// s since 1970 by the source; null where it gives none.
+// Returns seconds since 1970 from the source's stamp; null without a stamp.
 function stampOf(value) {
   return value.sourceTimestamp ? value.sourceTimestamp.getTime() / 1000 + (value.sourcePicoseconds ?? 0) * 1e-12 : null;
 }
 
-// {value, time, quality}, and `why` where quality is not good.
+// Returns {value, time, quality}, and `why` if quality is not good.
 export function toFed(dataValue) {
   const quality = SEVERITIES[dataValue.statusCode.value >>> 30];
   const time = stampOf(dataValue);

@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-// The nodes of the configuration, subscribed to at the server, and what becomes of them.
+// Subscribes to the configured nodes at the server, and passes their values on.
 import { AttributeIds, ClientMonitoredItemGroup, resolveNodeId, TimestampsToReturn } from "node-opcua-client";
 import { toNodeId } from "./node_ids.js";
 import { splitUp } from "./server.js";
 import { toFed } from "./value.js";
 
-const LIFETIME_S = 60; // without this program, after which the server forgets the subscription
-const SERVER_TIME = "i=2258"; // Server_ServerStatus_CurrentTime: changes all the time, which shows that the server lives
+const LIFETIME_S = 60; // the server deletes the subscription this long after the program's last request
+const SERVER_TIME = "i=2258"; // Server_ServerStatus_CurrentTime: its constant change shows that the server is alive
 const MOST_NAMED = 20; // in one line of the log
 const GONE = new Set(["BadNodeIdUnknown", "BadNodeIdInvalid"]);
 
-// A server is silent when it owes three signs of life, and a moment for the network.
+// A server counts as silent after three missing messages and a margin for the network.
 const silentAfterMs = (subscription) => 3 * subscription.publishingInterval * subscription.maxKeepAliveCount + 5000;
 
 const initialized = (group) => new Promise((done, fail) => {
@@ -22,8 +22,8 @@ export class Watch {
   #config;
   #feed;
   #log;
-  // What is known of each name outlives a session.
-  #states = new Map(); // name: {why, stamp, ours}; `ours`: the last thing said was bad, without the source's stamp
+  // The state of each name outlives a session.
+  #states = new Map(); // name: {why, stamp, ours}; `ours`: the last value sent was bad, without the source's stamp
 
   #ran = false;
 
@@ -32,7 +32,7 @@ export class Watch {
     for (const name of config.nodes.keys()) this.#states.set(name, { why: "", stamp: -Infinity, ours: false });
   }
 
-  // Until the session is lost or `ended` resolves. Throws Error with what has ended it.
+  // Runs until the session is lost or `ended` resolves. Throws Error with the reason of the loss.
   async run(server, ended) {
     if (this.#ran) this.#forget();
     this.#ran = true;
@@ -70,7 +70,7 @@ export class Watch {
     }
   }
 
-  // In as many subscriptions as the server asks for. Returns the names that it has refused, which are bad from now on.
+  // Uses as many subscriptions as the server's limits require. Returns the refused names, which are bad from now on.
   async #subscribe(server, subscriptions, names, alive) {
     const refused = new Map(); // name: why
     const wanted = [];
@@ -97,8 +97,8 @@ export class Watch {
       subscriptions.push(one.subscription);
       rest = full;
     }
-    // Its messages without news are the sign of life then, as seldom as it sends them.
-    if (refused.delete("")) this.#log.warn("the server does not tell its time: without news its signs of life are seldom, and max_age of the loops must be long");
+    // Then its messages without values show that it is alive, as rarely as the server sends them.
+    if (refused.delete("")) this.#log.warn("the server's clock can't be subscribed to: without changes its messages are rare. Increase max_age of the loops");
     this.#sayRefused(refused);
     return [...refused.keys()];
   }
@@ -120,21 +120,21 @@ export class Watch {
     subscription.on("terminated", () => { if (one.settled) server.fail("a subscription has ended"); });
     subscription.on("internal_error", (error) => server.fail(error.message));
     if (subscription.publishingInterval !== interval * 1000) {
-      this.#log.warn(`the server publishes each ${subscription.publishingInterval / 1000} s, asked for ${interval} s: max_age of the loops must be longer`);
+      this.#log.warn(`the server publishes each ${subscription.publishingInterval / 1000} s instead of ${interval} s. Increase max_age of the loops`);
     }
     return one;
   }
 
-  // Returns what this subscription has no room for; what is refused otherwise goes into `refused`.
+  // Returns the items for which this subscription has no room; items refused for other reasons are added to `refused`.
   async #monitor(one, batch, server, refused) {
     const { sampling_interval: sampling, publishing_interval: publishing } = this.#config;
     const group = ClientMonitoredItemGroup.create(one.subscription, batch.map(({ nodeId }) => ({ nodeId, attributeId: AttributeIds.Value })), {
       samplingInterval: sampling * 1000,
-      queueSize: 2 * Math.ceil(publishing / sampling), // a late message loses nothing
+      queueSize: 2 * Math.ceil(publishing / sampling), // a late message loses no values
       discardOldest: true,
     }, TimestampsToReturn.Source);
     group.on("changed", (item, dataValue, i) => {
-      // All of one message go in one line.
+      // All values of one message are sent in one line.
       if (!one.sending) setImmediate(() => {
         one.sending = false;
         one.alive(one.values.splice(0));
@@ -143,13 +143,13 @@ export class Watch {
       if (batch[i].name) one.values.push(this.#take(batch[i].name, toFed(dataValue)));
       if (GONE.has(dataValue.statusCode.name)) {
         one.subscription.gone.push(batch[i].name);
-        item.terminate().catch(() => {}); // it is asked for anew
+        item.terminate().catch(() => {}); // it is requested again
       }
     });
     try {
       await initialized(group);
     } catch (error) {
-      // The limit that it names may not be the one that it has.
+      // The real limit may be lower than the reported one.
       if (!/BadTooManyOperations/.test(error.message) || batch.length === 1) throw error;
       server.limits.monitoredItemsPerCall = Math.ceil(batch.length / 2);
       const full = [];
@@ -164,11 +164,11 @@ export class Watch {
       else if (!statusCode?.isGood()) refused.set(batch[i].name, statusCode?.name ?? "not answered");
       else if (batch[i].name && item.result.revisedSamplingInterval !== sampling * 1000) revised.add(item.result.revisedSamplingInterval / 1000);
     });
-    if (revised.size > 0) this.#log.info(`the server samples each ${[...revised].sort((a, b) => a - b).join(", ")} s, asked for ${sampling} s`);
+    if (revised.size > 0) this.#log.info(`the server samples each ${[...revised].sort((a, b) => a - b).join(", ")} s instead of ${sampling} s`);
     return full;
   }
 
-  // As it goes to the daemon. A stamp that the daemon had before the name was bad without one would count as doubled.
+  // Prepares a value for the daemon. If the daemon received this stamp before a bad value without stamp, it would count the value as a duplicate.
   #take(name, { value, time, quality, why }) {
     const state = this.#states.get(name);
     this.#say(name, why);
@@ -185,7 +185,7 @@ export class Watch {
     state.why = why;
   }
 
-  // After a session that was lost nobody knows what came of a value until it is heard again.
+  // After a lost session the state of each value is unknown until the next one arrives.
   #forget() {
     this.#sendBad([...this.#states.keys()]);
     for (const state of this.#states.values()) state.ours = true;

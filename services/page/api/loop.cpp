@@ -33,25 +33,29 @@ const protocol::LoopDescription& loop_at(const std::shared_ptr<const BoxState>& 
   return *loop;
 }
 
-http::Response loop(Context& context, const Call& call) {
+namespace {
+
+// Returns the daemon's answer to a request about the loop in the address.
+template <class Request>
+http::Response ask_about_loop(Context& context, const Call& call) {
   check_query(call.request, {});
   const auto state = context.now().state;
   const protocol::LoopDescription& loop = loop_at(state, call.request.part(2));
-  return json_response(context.daemon.ask(protocol::LoopRequest{loop.tag}));
+  return json_response(context.daemon.ask(Request{loop.tag}));
+}
+
+}  // namespace
+
+http::Response loop(Context& context, const Call& call) {
+  return ask_about_loop<protocol::LoopRequest>(context, call);
 }
 
 http::Response windows(Context& context, const Call& call) {
-  check_query(call.request, {});
-  const auto state = context.now().state;
-  const protocol::LoopDescription& loop = loop_at(state, call.request.part(2));
-  return json_response(context.daemon.ask(protocol::WindowsRequest{loop.tag}));
+  return ask_about_loop<protocol::WindowsRequest>(context, call);
 }
 
 http::Response loop_alarms(Context& context, const Call& call) {
-  check_query(call.request, {});
-  const auto state = context.now().state;
-  const protocol::LoopDescription& loop = loop_at(state, call.request.part(2));
-  return json_response(context.daemon.ask(protocol::AlarmDesignRequest{loop.tag}));
+  return ask_about_loop<protocol::AlarmDesignRequest>(context, call);
 }
 
 namespace {

@@ -125,7 +125,7 @@ class RowsAsCsv final : public http::Source {
     fmt::format_to(std::back_inserter(text), "{:.10g},", last_period_ * row.period_s);
     for (const double value : {row.row.pv, row.row.sp, row.row.co}) append_cell(text, value);
     if (stem_) append_cell(text, row.row.stem);
-    fmt::format_to(std::back_inserter(text), "{},{}\n", row.row.mode, row.utc_ms);
+    fmt::format_to(std::back_inserter(text), "{},{}\n", static_cast<int>(row.row.mode), row.utc_ms);
   }
 
   static void append_cell(std::string& text, double value) {

@@ -39,9 +39,9 @@ json column(const std::vector<double>& values) {
 json samples_json(const std::string& csv) {
   const record::Record record = record::parse_record(csv, "record.csv");
   json samples = {{"t_s", column(record.time_s)}, {"pv", column(record.pv)}};
-  if (record.has_sp) samples["sp"] = column(record.sp);
-  if (record.has_co) samples["co"] = column(record.co);
-  if (record.has_stem) samples["stem"] = column(record.stem);
+  if (!record.sp.empty()) samples["sp"] = column(record.sp);
+  if (!record.co.empty()) samples["co"] = column(record.co);
+  if (!record.stem.empty()) samples["stem"] = column(record.stem);
   return samples;
 }
 

@@ -3,13 +3,13 @@
 #include "services/page/tuning/proposal.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <mutex>
 #include <optional>
 
 #include "base/clock.hpp"
 #include "config/loop_model_reader.hpp"
 #include "daemon/protocol/ask.hpp"
+#include "model/analysis/limits.hpp"
 #include "services/page/api/body.hpp"
 #include "services/page/api/handlers.hpp"
 #include "services/page/api/tags.hpp"
@@ -66,23 +66,23 @@ json trial_json(const analysis::RuleTrial& trial, std::size_t every) {
 }
 
 json answers_json(const tuning::Proposal& proposal) {
-  const analysis::LoopRecord& first = proposal.trials.front().response.record;
+  const analysis::SimulatedRecord& first = proposal.trials.front().response.record;
   const std::size_t every = first.pv.size() / kMostPoints + 1;
   json time = json::array();
   for (std::size_t i = 0; i < first.pv.size(); i += every) {
-    time.push_back(static_cast<double>(i) * first.sample_time_s);
+    time.push_back(static_cast<double>(i) * first.period_s);
   }
   json rules = json::array();
   for (const analysis::RuleTrial& trial : proposal.trials) {
     rules.push_back(trial_json(trial, every));
   }
-  return {{"rules", std::move(rules)},
-          {"recommended", proposal.recommended ? json(*proposal.recommended) : json()},
-          {"most_sensitivity", analysis::kMostSensitivity},
-          {"t", std::move(time)},
-          {"sp", curve(first.sp, every)},
-          {"load_s",
-           static_cast<double>(proposal.trials.front().response.load_from) * first.sample_time_s}};
+  return {
+      {"rules", std::move(rules)},
+      {"recommended", proposal.recommended ? json(*proposal.recommended) : json()},
+      {"most_sensitivity", analysis::AnalysisLimits::kMostSensitivity},
+      {"t", std::move(time)},
+      {"sp", curve(first.sp, every)},
+      {"load_s", static_cast<double>(proposal.trials.front().response.load_from) * first.period_s}};
 }
 
 plant::LoopModel twin_of(Context& context, const std::string& tag) {

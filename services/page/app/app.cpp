@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "services/page/app/app.hpp"
 
-#include <fmt/format.h>
 #include <spdlog/spdlog.h>
 #include <systemd/sd-daemon.h>
 #include <unistd.h>
 
 #include <algorithm>
-#include <array>
 #include <csignal>
 #include <cstdlib>
 #include <memory>

@@ -183,7 +183,7 @@ void add_certificate_command(CLI::App& app, int& exit_code) {
   sub->add_option("--host", wish->hosts, "name or address that browsers will use; may be repeated")
       ->required();
   sub->add_option("--out", wish->out, "folder")->capture_default_str();
-  sub->add_option("--days", wish->days, "how long it holds")
+  sub->add_option("--days", wish->days, "validity, days")
       ->check(CLI::Range(1, 3650))
       ->capture_default_str();
   sub->callback([wish, &exit_code] {

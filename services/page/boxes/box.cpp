@@ -91,11 +91,7 @@ void Box::start(Publish publish, Task task) {
 }
 
 void Box::stop() {
-  {
-    const std::lock_guard lock(mutex_);
-    quit_ = true;
-  }
-  changed_.notify_all();
+  base::ask_to_end(mutex_, quit_, changed_);
   thread_.join();
 }
 

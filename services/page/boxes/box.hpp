@@ -9,7 +9,6 @@
 #include <memory>
 #include <mutex>
 #include <string>
-#include <string_view>
 
 #include <nlohmann/json_fwd.hpp>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Queries on the host's database (docs/fleet.md, "Tables"), with answers as JSON. A column's name
-// is its key. Lists are bounded: {"all": total number, "list": [the worst entries]}. All throw
+// Queries on the host's database (docs/reference/fleet-tables.md), with answers as JSON. A column's
+// name is its key. Lists are bounded: {"all": total number, "list": [the worst entries]}. All throw
 // pqxx's exceptions.
 #pragma once
 

@@ -32,7 +32,7 @@ struct Block {
   std::uint32_t end_row = 0;    // after the last row
   std::uint32_t rows = 0;       // undamaged
   std::array<Extremes, kColumns> columns{};
-  std::uint8_t mode = 0;  // of the last row, control::Mode
+  control::Mode mode = control::Mode::manual;  // of the last row
 };
 
 Block block_of(const record::RecordRow& row, std::int64_t utc_ms, std::uint64_t run,

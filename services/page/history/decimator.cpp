@@ -27,7 +27,7 @@ void Decimator::put(std::int64_t t_ms, const Block& block, Pick pick, bool sampl
   for (std::size_t i = 0; i < kColumns; ++i) {
     curves_.columns[i].push_back(pick(block.columns[i]));
   }
-  curves_.mode.push_back(block.mode);
+  curves_.mode.push_back(static_cast<std::int16_t>(block.mode));
   curves_.sample.push_back(sample ? 1 : 0);
 }
 

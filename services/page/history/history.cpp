@@ -2,7 +2,6 @@
 #include "services/page/history/history.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <memory>
 
 #include "record/record_csv.hpp"

@@ -2,7 +2,6 @@
 // Reads rows of a segment file on demand, whereas record::read_segment reads the whole file.
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <functional>

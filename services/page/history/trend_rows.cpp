@@ -15,7 +15,7 @@ std::vector<Block> rows_of(const protocol::Trend& trend, const LastCycle& last,
     row.sp = trend.sp.at(i);
     row.co = trend.co.at(i);
     row.stem = trend.stem.at(i);
-    row.mode = trend.mode.at(i) == "AUTO" ? 1 : 0;
+    if (trend.mode.at(i) == "AUTO") row.mode = control::Mode::automatic;
     const double ago = last.period - static_cast<double>(row.period_index);
     const std::int64_t at_ms = last.utc_ms - std::llround(ago * last.ms_per_period);
     if (newest && at_ms <= newest->last_ms) continue;

@@ -32,7 +32,7 @@ void set(LDAP* handle, int option, const void* value, const char* what) {
 }
 
 std::string no_authority(const LdapSettings& settings) {
-  return settings.ca_file.string() + ": no authority's certificate in PEM";
+  return settings.ca_file.string() + ": contains no CA certificate (PEM), or is missing";
 }
 
 void set_tls(LDAP* handle, const LdapSettings& settings) {

@@ -31,11 +31,7 @@ Worker::Worker(Server server, UserDirectory& users, Sessions& sessions,
 }
 
 bool Worker::stop_for(std::chrono::milliseconds patience) {
-  {
-    const std::lock_guard lock(mutex_);
-    quit_ = true;
-  }
-  changed_.notify_one();
+  base::ask_to_end(mutex_, quit_, changed_);
   return thread_.join_for(patience);
 }
 

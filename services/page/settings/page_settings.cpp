@@ -6,9 +6,7 @@
 #include <system_error>
 
 #include "config/file_keys.hpp"
-#include "config/map_reader.hpp"
-#include "config/source_file.hpp"
-#include "config/yaml_document.hpp"
+#include "config/document.hpp"
 #include "base/peer_list.hpp"
 
 namespace loopwarden::page {
@@ -173,29 +171,16 @@ std::string why_not_at(const PageSettings& settings, const std::string& address)
 }
 
 config::Loaded<PageSettings> read_page_text(const std::string& file, std::string_view text) {
-  config::Report report(file);
-  PageSettings settings;
-  if (std::optional<config::YamlNode> root = config::parse_yaml(text, report)) {
-    MapReader in(*root, "", report);
-    settings = read_page(in, file);
-    config::report_unknown_keys(*root, report);
-  }
-  return config::loaded(std::move(settings), report);
+  return config::load_text<PageSettings>(file, text,
+                                         [&](MapReader& in) { return read_page(in, file); });
 }
 
 config::Loaded<PageSettings> read_page_file(const std::filesystem::path& path) {
-  config::Report report(path.string());
-  const std::optional<std::string> text = config::read_source_file(path, report);
-  if (!text) return {std::nullopt, report.take()};
-  return read_page_text(path.string(), *text);
+  return config::load_file(path, read_page_text);
 }
 
 config::KeyReference describe_page() {
-  config::KeyReference reference;
-  config::Report report("");
-  MapReader in(reference, "", report);
-  read_page(in, "");
-  return reference;
+  return config::keys_of([](MapReader& in) { read_page(in, ""); });
 }
 
 }  // namespace loopwarden::page

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Begins: the stream, the frame of the page, and the view that the address names.
+// Starts the event stream, the frame of the page, and the view that the address names.
 import {live} from './lib/live.js';
 import {Scope} from './lib/scope.js';
 import {Shell} from './lib/shell.js';
@@ -12,7 +12,7 @@ const VIEWS = {
   system: () => import('./views/system.js'), fleet: () => import('./views/fleet.js'), valve: () => import('./views/valve.js'), login: () => import('./views/login.js'),
 };
 
-// What a page without that part (page.yaml: box, fleet) doesn't have.
+// Parts that are hidden on a page without a box or a fleet (page.yaml: box, fleet).
 const OF_FLEET = new Set(['fleet', 'valve']), OF_PAGE = new Set(['login']);
 const has = (view) => OF_PAGE.has(view) || (OF_FLEET.has(view) ? live.session?.fleet : live.session?.box !== false);
 
@@ -43,7 +43,7 @@ function trouble(main, error) {
 
 async function show() {
   const wanted = live.session?.must_login ? {view: 'login', parts: [], options: {}} : address();
-  // A view that can follow the address by itself does: the list of alarms stays where it is.
+  // A view that can follow the address itself does so. For example, the list of alarms keeps its position.
   if (route?.view === wanted.view && scope?.follow?.(wanted)) { route = wanted; return; }
   route = wanted;
   scope?.end();
@@ -64,7 +64,7 @@ async function show() {
   }
   if (mine.over) return;
   shell.title(main.querySelector('h1')?.textContent ?? texts.brand);
-  // The reader is told where he is, but for the first time, when the page itself is.
+  // Announces the view to screen readers, except at the first load, when the page itself is announced.
   if (!first) main.querySelector('h1')?.focus({preventScroll: true});
   if (!first) scrollTo(0, 0);
   first = false;
@@ -74,7 +74,7 @@ addEventListener('hashchange', show);
 live.addEventListener('session', () => {
   shell.session();
   show();
-  // At once, not when the log-in has been loaded.
+  // Runs immediately, without waiting for the log-in.
   if (live.session.must_login) shell.clear();
 });
 

@@ -42,11 +42,7 @@ Identified identified(const StepRecord& record, const LoopFacts& loop) {
   Identified out;
   analysis::Identification found;
   try {
-    found = analysis::identify({.co = record.co,
-                                .pv = record.pv,
-                                .sp = record.sp,
-                                .mode = record.mode,
-                                .sample_time_s = record.sample_time_s});
+    found = analysis::identify(record.view());
   } catch (const analysis::IdentificationError& e) {
     out.why_not = e.what();
     return out;

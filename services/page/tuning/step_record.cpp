@@ -16,7 +16,7 @@ constexpr double kLongest_s = 4.0 * 86'400.0;
 constexpr double kMostRows = 2e6;
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
-constexpr std::int16_t kAutomatic = 1;  // control::Mode
+constexpr auto kAutomatic = static_cast<std::int16_t>(control::Mode::automatic);
 
 // Returns the rows between which the set point reached its final value.
 std::optional<history::Stretch> last_move(const history::Curves& curves, double least) {
@@ -48,13 +48,13 @@ class Thinner {
     sp_.add(row.sp);
     pv_.add(row.pv);
     co_.add(row.co);
-    mode_.add(row.mode == kAutomatic ? 1.0 : 0.0);
+    mode_.add(row.mode == control::Mode::automatic ? 1.0 : 0.0);
   }
   void flush() {
     record_.sp.push_back(sp_.take());
     record_.pv.push_back(pv_.take());
     record_.co.push_back(co_.take());
-    record_.mode.push_back(std::round(mode_.take()));
+    record_.automatic.push_back(std::round(mode_.take()));
     ++place_;
   }
 
@@ -121,7 +121,7 @@ std::optional<StepRecord> newest_step(history::History& history,
   const double rows = static_cast<double>(record.to_ms - record.from_ms) / wish.ms_per_s / h;
   const auto every = static_cast<std::uint64_t>(
       std::max(1.0, std::ceil(rows / static_cast<double>(kMostSamples))));
-  record.sample_time_s = h * static_cast<double>(every);
+  record.period_s = h * static_cast<double>(every);
   std::optional<Thinner> thinner;
   history::RowReader reader(folder, {record.from_ms, record.to_ms});
   std::optional<std::uint64_t> run;
@@ -136,7 +136,7 @@ std::optional<StepRecord> newest_step(history::History& history,
         record.sp.clear();
         record.pv.clear();
         record.co.clear();
-        record.mode.clear();
+        record.automatic.clear();
         record.from_ms = row.utc_ms;
         thinner.reset();
       }

@@ -12,19 +12,17 @@
 #include <cstdint>
 #include <filesystem>
 #include <optional>
-#include <vector>
 
+#include "model/numeric/loop_record.hpp"
 #include "services/page/history/history.hpp"
 
 namespace loopwarden::page::tuning {
 
 inline constexpr std::size_t kMostSamples = 1500;
 
-struct StepRecord {
-  std::int64_t step_ms = 0;              // UTC
-  std::int64_t from_ms = 0, to_ms = 0;   // UTC, of the columns
-  double sample_time_s = 0.1;            // of the columns
-  std::vector<double> sp, pv, co, mode;  // NaN where missing; mode 1: automatic
+struct StepRecord : numeric::LoopRecord {  // NaN where missing
+  std::int64_t step_ms = 0;                // UTC
+  std::int64_t from_ms = 0, to_ms = 0;     // UTC, of the columns
 };
 
 struct StepWish {

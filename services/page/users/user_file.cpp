@@ -9,7 +9,6 @@
 #include <array>
 #include <cctype>
 #include <cerrno>
-#include <iterator>
 
 #include "config/diagnostic.hpp"
 #include "services/page/users/page_account.hpp"

@@ -14,6 +14,7 @@
 #include <utility>
 #include <vector>
 
+#include "model/alarm/limits.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace loopwarden::daemon::evidence_flow_test {
@@ -140,7 +141,7 @@ TEST_CASE("an incident is not explained again in the next one", "[explain]") {
   bench.raise(flow);
   REQUIRE(Bench::wait([&] { return bench.board.snapshot(0).explanation != nullptr; }));
   bench.judge(false);
-  bench.now_ms += alarm::kJoin_ms + alarm::kQuiet_ms;
+  bench.now_ms += alarm::AlarmLimits::kJoin_ms + alarm::AlarmLimits::kQuiet_ms;
   bench.board.of(0).pass_time();
   REQUIRE_FALSE(bench.board.snapshot(0).incident.incident().open());
   bench.judge(true);

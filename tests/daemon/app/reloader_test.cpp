@@ -177,7 +177,7 @@ TEST_CASE("no reload while a loop is being commissioned", "[app][reload]") {
   CHECK(refused.at("outcome") == "refused");
   CHECK(refused.at("not_now") == true);
   CHECK_THAT(refused.at("why").get<std::string>(),
-             Catch::Contains("FIC-101 is being commissioned by uid 0"));
+             Catch::Contains("FIC-101 is in maintenance by uid 0"));
   CHECK(bench.kp() == 0.35);
   // A dry run also shows whether the file is in force.
   if (dry_run) {

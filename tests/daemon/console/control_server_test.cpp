@@ -363,7 +363,7 @@ TEST_CASE("the status shows a PV at the end of its transmitter's range") {
          .sp = 5.0,
          .pv = 5.0,
          .flags = record::kAtHigh,  // CO's end is not PV's
-         .pv_limit = static_cast<std::uint8_t>(at)});
+         .pv_limit = at});
     record::RecordRow row;
     REQUIRE(test::eventually(
         [&] { return bench.historian.latest(0, row) && row.period_index == period; }));
@@ -390,7 +390,7 @@ TEST_CASE("a CSV record is written on demand, and gaps in it are empty rows") {
   CHECK(bench.ask(R"({"request": "record", "loop": "FIC-101", "stop": true})").at("file") == file);
   const record::Record record = record::read_record(file);
   CHECK(record.size() == 6);
-  CHECK(record.missing_pv == 2);
+  CHECK(numeric::missing(record.pv) == 2);
   CHECK(record.time_s.front() == 0.0);
   CHECK(record.period_s == Approx(0.1));
 }

@@ -425,11 +425,11 @@ TEST_CASE("the overview has one entry per loop in each column", "[console][overv
                                                   .pv = 4.123456789,
                                                   .co = 1.0 / 3.0,
                                                   .stem = std::nan(""),
-                                                  .mode = 1,
-                                                  .fault = 2,
-                                                  .pv_quality = 192,
+                                                  .mode = control::Mode::automatic,
+                                                  .fault = control::Fault::bad_pv,
+                                                  .pv_quality = base::Quality::good,
                                                   .flags = 5,
-                                                  .requested_mode = 1,
+                                                  .requested_mode = control::Mode::automatic,
                                                   .age_ms = 12.5F});
   bench.board.of(0).window_judged({}, {}, stiction_on());
   bench.board.of(0).set_progress(watch::ModeTimes(0.1),
@@ -545,7 +545,7 @@ TEST_CASE("every field of the register map by name, as a master reads it", "[con
                                                   .pv = 4.125,
                                                   .co = 50.0,
                                                   .stem = std::nan(""),
-                                                  .pv_quality = 192});
+                                                  .pv_quality = base::Quality::good});
   record::RecordRow row;
   REQUIRE(test::eventually([&] { return bench.historian.latest(0, row); }));
   const json all = bench.ask_status(R"({"request": "registers"})");

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "base/clock.hpp"
+#include "model/watch/limits.hpp"
 #include "tests/support/biased_specialists.hpp"
 #include "tests/support/device/foreign_process.hpp"
 #include "tests/support/file_size_limit.hpp"
@@ -64,7 +65,7 @@ Evidence example(std::int64_t raised_ms = 1'800'000'000'123) {
 Evidence routine_example() {
   Evidence e = example();
   for (std::vector<double>* column : {&e.sp, &e.pv, &e.co, &e.stem}) {
-    column->resize(watch::RoutineWatch::kSamples);
+    column->resize(watch::WatchLimits::kRoutineSamples);
     for (double& v : *column) v = static_cast<double>(static_cast<float>(v));
   }
   e.stem.assign(e.pv.size(), std::nan(""));

@@ -35,7 +35,7 @@ constexpr const char* kExplanation = R"({"alarm": "stiction", "final_name": "mod
 
 // A copy of minutes.csv would have this content: three samples, the alarm at the second.
 supervision::History::Minutes minutes() {
-  return {.period_s = 0.5, .end = 42, .sp = {1, 1, 1}, .pv = {2, 3, 4}, .co = {5, 6, 7}};
+  return {{.period_s = 0.5, .pv = {2, 3, 4}, .sp = {1, 1, 1}, .co = {5, 6, 7}}, 42};
 }
 
 struct Bench {
@@ -241,7 +241,7 @@ J
 fi)");
   const fs::path evidence = bench.folder / "evidence";
   tests::write_file(evidence / "minutes.csv", "time,pv\n0,1\n");
-  bench.now = {.period_s = 0.5, .end = 9, .sp = {1, 1}, .pv = {55, 56}, .co = {5, 6}};
+  bench.now = {{.period_s = 0.5, .pv = {55, 56}, .sp = {1, 1}, .co = {5, 6}}, 9};
   Explainer explainer = bench.make();
   explainer.start();
   ExplainJob job = bench.job();
@@ -269,7 +269,7 @@ TEST_CASE("a history that restarted after the alarm does not replace the minutes
     explainer.post(job);
     REQUIRE(Bench::wait_until([&] { return read_pending(evidence).has_value(); }));
     const std::lock_guard lock(bench.mutex);
-    bench.now = {.period_s = 0.5, .end = 100, .sp = {1}, .pv = {9}, .co = {9}};
+    bench.now = {{.period_s = 0.5, .pv = {9}, .sp = {1}, .co = {9}}, 100};
   }
   CHECK(record::read_record(evidence / "minutes.csv").pv == std::vector<double>{2, 3, 4});
 }

@@ -66,10 +66,10 @@ struct Rig {
     CHECK(same.period_index == row.period_index);
     return row;
   }
-  Mode mode() const { return static_cast<Mode>(row.mode); }
-  Fault fault() const { return static_cast<Fault>(row.fault); }
-  Quality quality() const { return static_cast<Quality>(row.pv_quality); }
-  Reason reason() const { return static_cast<Reason>(row.pv_reason); }
+  Mode mode() const { return row.mode; }
+  Fault fault() const { return row.fault; }
+  Quality quality() const { return row.pv_quality; }
+  Reason reason() const { return row.pv_reason; }
 
   std::int64_t now_ns = 100 * kSecond;
   std::uint64_t period = 0;
@@ -175,12 +175,12 @@ TEST_CASE("the mode is the meaning of the other controller's number", "[watch]")
   CHECK(mode_of(3.0) == Mode::automatic);
   CHECK(mode_of(0.0) == Mode::manual);
   CHECK(mode_of(2.0) == Mode::fallback);
-  CHECK(static_cast<Mode>(rig.row.requested_mode) == Mode::manual);
+  CHECK(rig.row.requested_mode == Mode::manual);
   CHECK(mode_of(1.0) == Mode::automatic);
   rig.source.inputs.mode.sample.quality = Quality::bad;
   rig.run();
   CHECK(rig.mode() == Mode::fallback);
-  CHECK(static_cast<Mode>(rig.row.requested_mode) == Mode::automatic);
+  CHECK(rig.row.requested_mode == Mode::automatic);
 
   Rig without(Wiring{.set_point = true});
   without.run();

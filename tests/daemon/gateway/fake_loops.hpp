@@ -29,9 +29,9 @@ class FakeLoops final : public daemon::gateway::LoopsView {
       reading.row.pv = 49.5;
       reading.row.co = 25.0;
       reading.row.stem = 24.0;
-      reading.row.mode = 1;
-      reading.row.requested_mode = 1;
-      reading.row.pv_quality = 0xC0;
+      reading.row.mode = control::Mode::automatic;
+      reading.row.requested_mode = control::Mode::automatic;
+      reading.row.pv_quality = base::Quality::good;
       reading.set_point_wanted = 60.0;
       reading.output_wanted = 25.0;
       reading.availability = {.mode = control::Mode::automatic, .output_known = true};

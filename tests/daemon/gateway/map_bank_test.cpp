@@ -169,7 +169,7 @@ TEST_CASE("a missing value is never sent as a number", "[gateway][map]") {
   record::RecordRow& row = bench.plant.readings[0].row;
   row.pv = kNan;
   row.stem = kNan;
-  row.pv_quality = 0;
+  row.pv_quality = base::Quality::bad;
   bench.plant.readings[0].last_good_pv = 48.25;
   CHECK(bench.number("pv") == 48.25F);
   CHECK(bench.word("pv_scaled") == 0x8000);
@@ -186,7 +186,7 @@ TEST_CASE("a missing value is never sent as a number", "[gateway][map]") {
   }
   // The lowest number of a scaled copy marks a missing value: no real value uses it.
   row.pv = -1e6;
-  row.pv_quality = 0xC0;
+  row.pv_quality = base::Quality::good;
   CHECK(bench.word("pv_scaled") == 0x8001);
 }
 
@@ -313,7 +313,7 @@ TEST_CASE("a command that the mode forbids gets exception 06, and is refused in 
   SECTION("automatic while the position of the output is unknown") {
     availability = {.mode = control::Mode::manual, .output_known = false};
     CHECK(bench.write("mode", {1}) == Exception::busy);
-    refused("not known");
+    refused("output position unknown");
   }
   SECTION("automatic during a fault that ends in manual") {
     availability = {
@@ -334,7 +334,7 @@ TEST_CASE(
   Bench bench;
   LoopReading& loop = bench.plant.readings[0];
   loop.row.co = kNan;
-  loop.row.fault = static_cast<std::uint8_t>(control::Fault::output_unknown);
+  loop.row.fault = control::Fault::output_unknown;
   loop.availability = {.mode = control::Mode::manual, .output_known = false};
   CHECK(bench.word("fault") == 8);
   CHECK(bench.number("co") == 0.0F);
@@ -364,7 +364,7 @@ TEST_CASE("a write of the value in force is no command and no journal line", "[g
                             bench.read(Table::holding_register, first, count), kMaster);
   };
   const auto mode = static_cast<std::uint16_t>(manual ? 0 : 1);
-  loop.row.requested_mode = static_cast<std::uint8_t>(mode);
+  loop.row.requested_mode = loop.availability.mode;
   for (int second = 0; second < 3; ++second) {
     CHECK(bench.write("mode", {mode}) == Exception::none);
     CHECK(bench.write("sp", Bench::words_of(60.0F)) == Exception::none);

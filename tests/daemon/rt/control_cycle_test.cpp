@@ -43,7 +43,7 @@ TEST_CASE("taking over the valve's position is no movement that PV would have to
   loop.run(30);  // at its set point, PV repeats the same number
   CHECK(loop.io.written == Approx(63.0));
   CHECK(loop.fault() == Fault::none);
-  CHECK(static_cast<hal::Reason>(loop.row.pv_reason) == hal::Reason::none);
+  CHECK(loop.row.pv_reason == hal::Reason::none);
 }
 
 TEST_CASE("a frozen PV is an alarm; it moves the valve only if the file has frozen_after") {
@@ -64,12 +64,12 @@ TEST_CASE("a frozen PV is an alarm; it moves the valve only if the file has froz
     loop.run(1);
     lowest = std::min(lowest, loop.row.co);
     highest = std::max(highest, loop.row.co);
-    frozen = static_cast<hal::Reason>(loop.row.pv_reason) == hal::Reason::frozen;
+    frozen = loop.row.pv_reason == hal::Reason::frozen;
     if (!frozen) CHECK(loop.fault() == Fault::none);
   }
   REQUIRE(frozen);
   CHECK(highest - lowest >= 10.0);
-  CHECK(static_cast<hal::Quality>(loop.row.pv_quality) == hal::Quality::uncertain);
+  CHECK(loop.row.pv_quality == hal::Quality::uncertain);
   loop.run(100);
   CHECK(loop.fault() == (acts ? Fault::bad_pv : Fault::none));
   CHECK(loop.mode() == (acts ? Mode::fallback : Mode::automatic));
@@ -91,11 +91,11 @@ TEST_CASE("a read-back out of its range is not known") {
 
 TEST_CASE("a PV at the end of its transmitter's range is good, and this is reported") {
   Loop loop;
-  const auto limit = [&] { return static_cast<hal::Limit>(loop.run(1).pv_limit); };
+  const auto limit = [&] { return loop.run(1).pv_limit; };
   CHECK(limit() == hal::Limit::none);
   loop.io.inputs.process_variable.limit = hal::Limit::high;
   CHECK(limit() == hal::Limit::high);
-  CHECK(static_cast<hal::Quality>(loop.row.pv_quality) == hal::Quality::good);
+  CHECK(loop.row.pv_quality == hal::Quality::good);
   loop.io.inputs.process_variable.limit = hal::Limit::low;
   CHECK(limit() == hal::Limit::low);
   // A value that can't be trusted is at no limit.
@@ -169,7 +169,7 @@ TEST_CASE(
   loop.order({.mode = Mode::automatic});
   loop.run(1);
   CHECK(loop.answer() == Refusal::output_unknown);
-  CHECK(static_cast<Mode>(loop.row.requested_mode) == Mode::manual);
+  CHECK(loop.row.requested_mode == Mode::manual);
   const auto events = loop.take_events();
   CHECK(std::any_of(events.begin(), events.end(),
                     [](const auto& e) { return e.code == EventCode::command_refused; }));
@@ -190,7 +190,7 @@ TEST_CASE("a loop whose output is unknown does not look as if it ran") {
     REQUIRE(loop.io.last.alarm);
     REQUIRE(loop.fault() == Fault::output_unknown);
     REQUIRE(loop.mode() == Mode::fallback);
-    REQUIRE(static_cast<Mode>(loop.row.requested_mode) == mode);
+    REQUIRE(loop.row.requested_mode == mode);
     REQUIRE(std::isnan(loop.row.co));  // no command was sent
     REQUIRE(std::isnan(loop.row.calculated));
     REQUIRE(loop.row.flags == 0);  // an unknown output is at no limit
@@ -457,7 +457,7 @@ TEST_CASE("a PV that grows old counts as bad") {
   CHECK(loop.fault() == Fault::none);
   loop.run(1);
   CHECK(loop.fault() == Fault::bad_pv);
-  CHECK(static_cast<hal::Reason>(loop.row.pv_reason) == hal::Reason::stale);
+  CHECK(loop.row.pv_reason == hal::Reason::stale);
 }
 
 TEST_CASE("a PV that is no number never reaches the output") {
@@ -761,7 +761,7 @@ TEST_CASE("settings that wait don't overrule a newer command") {
   REQUIRE(loop.channels.in_force.fetch(shown));
   CHECK(shown.controller.output.high == 30.0);
   CHECK(shown.controller.pid.gains.kp == 0.125);
-  CHECK(static_cast<control::JacketForm>(loop.row.jacket_form) == control::JacketForm::off);
+  CHECK(loop.row.jacket_form == control::JacketForm::off);
 }
 
 TEST_CASE("settings that wait are not applied during a fault's action") {
@@ -1088,6 +1088,80 @@ TEST_CASE("in manual no state of planned moves is shown, because they are not st
   CHECK(loop.channels.moves.read());
 }
 
+// A loop that planned moves hold, with a stopped monitor and a PV that the controller would follow.
+struct HeldLoop : Loop {
+  HeldLoop() : Loop(with_moves()) {
+    monitor_runs = false;
+    io.set_pv(49.0);
+    run(3);
+    request(control::HoldAction::hold_here);
+    run(1);
+    REQUIRE((row.flags & record::kCompensatorActs) != 0);
+  }
+  static LoopSettings with_moves() {
+    auto settings = plain_settings();
+    settings.controller.compensator = {
+        .kind = control::CompensatorKind::planned_moves,
+        .planned = {.gain = 1.0, .time_constant_s = 2.0, .dead_time_s = 1.0, .s = 0.6, .j = 0.3}};
+    return settings;
+  }
+  // Answers the newest sample, valid for kLeft cycles.
+  void request(control::HoldAction action) {
+    control::MovesSample sample;
+    while (channels.moves_samples.try_pop(sample)) {
+    }
+    channels.moves_requests.publish({.run = sample.run,
+                                     .shadow = sample.shadow,
+                                     .valid_until = sample.number + kLeft,
+                                     .action = action,
+                                     .output = sample.held});
+  }
+  static constexpr int kLeft = 10;
+};
+
+TEST_CASE("planned moves hold CO until their request is too old; then the controller continues") {
+  HeldLoop loop;
+  const double held = loop.row.co;
+  loop.run(HeldLoop::kLeft - 1);
+  CHECK(loop.row.co == held);
+  loop.run(1);
+  CHECK((loop.row.flags & record::kCompensatorActs) == 0);
+  CHECK(loop.row.co == Approx(held).margin(0.1));  // ki e h is 0.05
+  loop.run(20);
+  CHECK(loop.row.co > held + 0.5);
+}
+
+TEST_CASE("what ends a hold of planned moves at once, and keeps it from going on afterwards") {
+  HeldLoop loop;
+  const double held = loop.row.co;
+  SECTION("an operator's output") {
+    loop.order({.mode = Mode::manual, .output = held + 3.0});
+    loop.run(1);
+    CHECK(loop.row.co == Approx(held + 3.0));
+    loop.order({.mode = Mode::automatic});
+  }
+  SECTION("a bad PV") {
+    loop.io.set_pv(std::numeric_limits<double>::quiet_NaN());
+    loop.run(2);
+    CHECK(loop.fault() == Fault::bad_pv);
+    loop.io.set_pv(49.0);
+    loop.run(6);
+    loop.order({.mode = Mode::automatic});
+  }
+  SECTION("a reload") {
+    auto settings = HeldLoop::with_moves();
+    settings.controller.compensator.planned.s = 0.7;
+    loop.channels.settings.publish({settings, 1});
+  }
+  loop.run(1);
+  REQUIRE(loop.mode() == Mode::automatic);
+  CHECK((loop.row.flags & record::kCompensatorActs) == 0);
+  const double before = loop.row.co;
+  loop.run(1);
+  CHECK(loop.row.co == Approx(before).margin(0.1));
+  CHECK((loop.row.flags & record::kCompensatorActs) == 0);
+}
+
 TEST_CASE("an uncertain PV counts as bad unless the configuration accepts it") {
   const bool good = GENERATE(true, false);
   auto settings = plain_settings();
@@ -1213,7 +1287,7 @@ TEST_CASE("in one cycle the operator has the last word, then the master, then th
   loop.run(1);
   CHECK(loop.mode() == Mode::manual);
   CHECK(loop.channels.set_point_wanted.load() == 61.0);
-  CHECK(static_cast<control::JacketForm>(loop.row.jacket_form) == control::JacketForm::off);
+  CHECK(loop.row.jacket_form == control::JacketForm::off);
   // By then the master has withdrawn the output from the operator's command, or allowed it.
   loop.channels.operator_commands.commands.try_push({.output = 45.0});
   loop.channels.master_commands.commands.try_push({.mode = Mode::automatic});

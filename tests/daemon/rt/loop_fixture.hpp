@@ -7,12 +7,14 @@
 #include <vector>
 
 #include "daemon/rt/control_cycle.hpp"
+#include "daemon/supervision/moves_planning.hpp"
 #include "tests/support/fake_loop_io.hpp"
 
 namespace loopwarden::tests {
 
 inline constexpr double kPeriod = 0.1;  // s
 inline constexpr std::int64_t kPeriodNs = 100'000'000;
+inline constexpr std::uint32_t kMovesLease = 50;  // cycles
 
 inline daemon::rt::LoopSettings plain_settings() {
   daemon::rt::LoopSettings s;
@@ -52,6 +54,7 @@ class Loop {
       period += 1 + missed;
       now_ns += static_cast<std::int64_t>(1 + missed) * kPeriodNs;
       cycle.run({.now_ns = now_ns, .period_index = period}, missed, stop);
+      if (monitor_runs) planning.take_turn();
       while (channels.records.try_pop(row)) {
       }
     }
@@ -60,8 +63,8 @@ class Loop {
   record::RecordRow run_for(double seconds) {
     return run(static_cast<int>(std::lround(seconds / kPeriod)));
   }
-  control::Fault fault() const { return static_cast<control::Fault>(row.fault); }
-  control::Mode mode() const { return static_cast<control::Mode>(row.mode); }
+  control::Fault fault() const { return row.fault; }
+  control::Mode mode() const { return row.mode; }
   // As the operator; `answer()` tells what became of it.
   bool order(const daemon::rt::Command& order) {
     return channels.operator_commands.commands.try_push(order);
@@ -84,6 +87,9 @@ class Loop {
   daemon::rt::LoopChannels channels;
   base::SpscRing<daemon::rt::Event> events{1024};
   daemon::rt::ControlCycle cycle;
+  // Planned moves, as the monitor's thread steps them.
+  daemon::supervision::MovesPlanning planning{channels, kPeriod, kMovesLease};
+  bool monitor_runs = true;
   record::RecordRow row;
   std::uint64_t period = 0;
   std::int64_t now_ns = 1'000'000'000;

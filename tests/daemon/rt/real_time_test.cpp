@@ -107,6 +107,7 @@ class GuardedLoop {
       const RealTimeSection section;
       cycle_.run({.now_ns = now_ns, .period_index = period_}, 0, stop);
     }
+    planning_.take_turn();
     while (channels.records.try_pop(row_)) {
     }
     return row_;
@@ -118,6 +119,7 @@ class GuardedLoop {
   daemon::rt::LoopSettings settings_;
   base::SpscRing<daemon::rt::Event> events_{64};
   daemon::rt::ControlCycle cycle_;
+  daemon::supervision::MovesPlanning planning_{channels, kPeriod, kMovesLease};
   std::uint64_t period_ = 0;
   record::RecordRow row_;
 };
@@ -194,7 +196,8 @@ TEST_CASE("cycles on the simulated backend, through faults and commands, neither
   check_no_offence();
 }
 
-TEST_CASE("planned moves neither allocate nor lock, whatever they do", "[real_time][sim]") {
+TEST_CASE("cycles with planned moves neither allocate nor lock, whatever these do",
+          "[real_time][sim]") {
   plant::LoopModel model;
   model.sample_time_s = kPeriod;
   model.process = {.gain = 1.0, .time_constant_s = 2.0, .dead_time_s = 1.0};
@@ -310,7 +313,7 @@ TEST_CASE("cycles on a replayed record, to its end and beyond, neither allocate 
     known += std::isfinite(row.pv) ? 1 : 0;
   }
   CHECK(known == 100);
-  CHECK(static_cast<hal::Reason>(row.pv_reason) == hal::Reason::end_of_record);
+  CHECK(row.pv_reason == hal::Reason::end_of_record);
   check_no_offence();
 }
 

@@ -11,8 +11,10 @@
 
 #include "daemon/journal/incident_text.hpp"
 #include "hal/contract/sample.hpp"
+#include "model/alarm/limits.hpp"
 #include "model/control/loop_controller.hpp"
 #include "model/effects/stiction/stiction_karnopp.hpp"
+#include "model/watch/limits.hpp"
 #include "record/evidence/evidence.hpp"
 #include "tests/model/diagnosis/signals.hpp"
 #include "tests/support/temporary_folder.hpp"
@@ -112,8 +114,8 @@ struct Bench {
     r.pv = 50.0 + static_cast<double>(r.period_index % 7);
     r.co = 40.0 + static_cast<double>(r.period_index % 5);
     r.stem = r.co;
-    r.mode = static_cast<std::uint8_t>(control::Mode::automatic);
-    r.pv_quality = static_cast<std::uint8_t>(hal::Quality::good);
+    r.mode = control::Mode::automatic;
+    r.pv_quality = hal::Quality::good;
     return r;
   }
   void run(std::uint64_t cycles, std::size_t loop = 0) {
@@ -202,7 +204,7 @@ TEST_CASE("an alarm of routine evidence is raised once, with the samples of that
   effects::StictionKarnopp valve({.s = 4.0, .j = 3.0}, 0.5);
   valve.reset(50.0);
   const auto run = tests::SmallLoop{.gain = 0.3, .integral_time = 2.0}.run(
-      3 * watch::RoutineWatch::kSamples, [&](double u) { return valve.step(u); },
+      3 * watch::WatchLimits::kRoutineSamples, [&](double u) { return valve.step(u); },
       tests::wandering_load(1.3));
   Bench bench;
   // Samples of 2 s, and no specialists.
@@ -234,13 +236,13 @@ TEST_CASE("an alarm of routine evidence is raised once, with the samples of that
   CHECK(e.alarm == AlarmKind::stiction);
   REQUIRE(e.routine);
   CHECK(e.routine->verdict == diagnosis::DiagnosisVerdict::valve_effect);
-  CHECK(e.routine->sum >= watch::RoutineWatch::kRaise);
+  CHECK(e.routine->sum >= watch::WatchLimits::kRaise);
   CHECK(e.routine->severity_percent == Approx(100.0 * 4.0 / 80.0).epsilon(0.5));
   CHECK(e.sample_time_s == 2.0);
   CHECK(e.pv_low == -50.0);
   CHECK(e.co_high == 80.0);
   // The first two full windows of samples of one cycle.
-  const std::size_t both = 2 * watch::RoutineWatch::kSamples;
+  const std::size_t both = 2 * watch::WatchLimits::kRoutineSamples;
   REQUIRE(e.pv.size() == both);
   CHECK(e.pv.front() == Approx(run.pv.front()).epsilon(1e-6));
   CHECK(e.co.back() == Approx(run.co[both - 1]).epsilon(1e-6));
@@ -273,11 +275,11 @@ TEST_CASE("a fault in enough windows is an alarm, and clears when the valve is r
 TEST_CASE("a lost device raises process alarms, with their reasons in the journal", "[monitor]") {
   const auto lost = [](RecordRow& row) {
     row.pv = std::nan("");
-    row.pv_quality = static_cast<std::uint8_t>(hal::Quality::bad);
-    row.pv_reason = static_cast<std::uint8_t>(hal::Reason::link_lost);
+    row.pv_quality = hal::Quality::bad;
+    row.pv_reason = hal::Reason::link_lost;
     row.flags |= record::kOutputLost;
-    row.fault = static_cast<std::uint8_t>(control::Fault::output_lost);
-    row.mode = static_cast<std::uint8_t>(control::Mode::fallback);
+    row.fault = control::Fault::output_lost;
+    row.mode = control::Mode::fallback;
   };
   Bench bench;
   bench.run(20);
@@ -308,8 +310,7 @@ TEST_CASE("a lost device raises process alarms, with their reasons in the journa
     CHECK(bench.state(AlarmKind::not_normal_mode) == AlarmState::normal);
   }
   SECTION("a consequence is raised once it is an alarm without its cause") {
-    bench.run_spoilt(
-        601, [](RecordRow& row) { row.mode = static_cast<std::uint8_t>(control::Mode::manual); });
+    bench.run_spoilt(601, [](RecordRow& row) { row.mode = control::Mode::manual; });
     CHECK(bench.state(AlarmKind::output_lost) == AlarmState::returned_unacknowledged);
     CHECK(bench.state(AlarmKind::not_normal_mode) == AlarmState::unacknowledged);
     CHECK(bench.reasons(AlarmKind::not_normal_mode).back() == "what it followed from has gone");
@@ -341,7 +342,7 @@ TEST_CASE("a limit alarm has the limit and PV; a deviation is off in manual", "[
   const auto high = [](RecordRow& row) {
     row.pv = 61.5;
     row.sp = 50.0;
-    row.mode = static_cast<std::uint8_t>(control::Mode::automatic);
+    row.mode = control::Mode::automatic;
   };
   bench.run_spoilt(101, high);
   CHECK(bench.state(AlarmKind::pv_high) == AlarmState::unacknowledged);
@@ -352,7 +353,7 @@ TEST_CASE("a limit alarm has the limit and PV; a deviation is off in manual", "[
   CHECK(bench.board->snapshot(0).flaps[alarm::index_of(AlarmKind::pv_high)] == 1);
   bench.run_spoilt(610, [&](RecordRow& row) {
     high(row);
-    row.mode = static_cast<std::uint8_t>(control::Mode::manual);
+    row.mode = control::Mode::manual;
   });
   CHECK(bench.state(AlarmKind::deviation) == AlarmState::returned_unacknowledged);
   CHECK_FALSE(bench.board->act(0, {AlarmKind::pv_low, alarm::AlarmAction::acknowledge, 0, "me", {}})
@@ -369,7 +370,7 @@ TEST_CASE("each loop has its own process alarms, with or without specialists", "
                   *bench.board);
   for (int i = 0; i <= 100; ++i) {
     RecordRow unknown = bench.row(0);
-    unknown.fault = static_cast<std::uint8_t>(control::Fault::output_unknown);
+    unknown.fault = control::Fault::output_unknown;
     REQUIRE(bench.rings[0]->try_push(unknown));
     REQUIRE(bench.rings[1]->try_push(bench.row(1)));
   }
@@ -379,8 +380,7 @@ TEST_CASE("each loop has its own process alarms, with or without specialists", "
   CHECK(bench.state(AlarmKind::output_unknown, 1) == AlarmState::normal);
   CHECK(bench.state(AlarmKind::not_normal_mode, 1) == AlarmState::unacknowledged);
   CHECK(bench.reasons(AlarmKind::not_normal_mode).front() == "AUTO; the normal mode is manual");
-  CHECK(bench.reasons(AlarmKind::output_unknown).front() ==
-        "nothing tells where the output stands");
+  CHECK(bench.reasons(AlarmKind::output_unknown).front() == "output position unknown");
 }
 
 TEST_CASE("the journal has the reason why an alarm was raised or cleared", "[monitor]") {
@@ -419,19 +419,19 @@ TEST_CASE(
   RecordRow broken = bench.row(0);
   WindowState why = WindowState::valid;
   SECTION("manual") {
-    broken.mode = static_cast<std::uint8_t>(control::Mode::manual);
+    broken.mode = control::Mode::manual;
     why = WindowState::not_automatic;
   }
   SECTION("bad PV") {
-    broken.pv_quality = static_cast<std::uint8_t>(hal::Quality::bad);
+    broken.pv_quality = hal::Quality::bad;
     why = WindowState::bad_pv;
   }
   SECTION("uncertain PV") {
-    broken.pv_quality = static_cast<std::uint8_t>(hal::Quality::uncertain);
+    broken.pv_quality = hal::Quality::uncertain;
     why = WindowState::bad_pv;
   }
   SECTION("a gap") {
-    bench.next[0] += watch::kLongestBridge;
+    bench.next[0] += watch::WatchLimits::kLongestBridge;
     broken.period_index = bench.next[0]++;
     why = WindowState::gap;
   }
@@ -607,11 +607,11 @@ TEST_CASE(
     CHECK(incident(board).open());
   }
 
-  bench.now_ms += alarm::kQuiet_ms + alarm::kJoin_ms;
+  bench.now_ms += alarm::AlarmLimits::kQuiet_ms + alarm::AlarmLimits::kJoin_ms;
   bench.board->of(0).twin_judged({});
   bench.board->of(0).pass_time();
   CHECK(incident(*bench.board).open());
-  bench.now_ms += alarm::kQuiet_ms;
+  bench.now_ms += alarm::AlarmLimits::kQuiet_ms;
   bench.board->of(0).pass_time();
   CHECK_FALSE(incident(*bench.board).open());
 }
@@ -670,7 +670,7 @@ TEST_CASE("corrective action: journalled with the loop's answer, and given up if
   };
   const auto corrective = [&] { return bench.board->snapshot(0).corrective; };
   bench.judges[0]->says = fault(AlarmKind::stiction, 6.0);
-  bench.run((2 + alarm::kBaseline) * kWindow);
+  bench.run((2 + alarm::AlarmLimits::kBaseline) * kWindow);
   REQUIRE(corrective() == alarm::CorrectiveState::trying);
   rt::CommandMailbox& box = bench.box;
   rt::Command order;
@@ -687,7 +687,7 @@ TEST_CASE("corrective action: journalled with the loop's answer, and given up if
               "jacket on: waiting > trying: refused: the loop has no jacket configured",
               "corrective action: trying > given up: done"});
     CHECK_FALSE(box.commands.try_pop(order));
-    bench.run(2 * alarm::kBaseline * kWindow);
+    bench.run(2 * alarm::AlarmLimits::kBaseline * kWindow);
     CHECK_FALSE(box.commands.try_pop(order));  // not again for this alarm
   }
   SECTION("done") {
@@ -711,7 +711,7 @@ TEST_CASE("corrective action: journalled with the loop's answer, and given up if
     CHECK(written() == std::vector<std::string>{"jacket on: waiting > trying: done",
                                                 "jacket back to shadow: trying > waiting: done"});
     // The valve still sticks: once more, from a new baseline.
-    bench.run((alarm::kBaseline - 1) * kWindow);
+    bench.run((alarm::AlarmLimits::kBaseline - 1) * kWindow);
     CHECK_FALSE(box.commands.try_pop(order));
     bench.run(kWindow);
     REQUIRE(box.commands.try_pop(order));

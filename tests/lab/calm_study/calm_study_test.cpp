@@ -15,7 +15,7 @@
 namespace calm_study_test {
 
 using namespace loopwarden;
-using namespace loopwarden::studies;
+using namespace loopwarden::lab;
 
 namespace {
 

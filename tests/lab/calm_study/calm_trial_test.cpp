@@ -8,7 +8,7 @@
 namespace calm_trial_test {
 
 using namespace loopwarden;
-using namespace loopwarden::studies;
+using namespace loopwarden::lab;
 
 namespace {
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The stickband jacket in the closed loop of the thesis's plant 1, as described in docs/jacket.md.
+// The stickband jacket in the closed loop of the thesis's plant 1, as described in
+// docs/explanation/compensators.md.
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <cstdint>
@@ -12,9 +13,9 @@ namespace jacket_closed_loop_test {
 
 using namespace loopwarden;
 using control::JacketForm;
-using studies::CalmTrial;
-using studies::run_trial;
-using studies::TrialResult;
+using lab::CalmTrial;
+using lab::run_trial;
+using lab::TrialResult;
 
 namespace {
 

@@ -10,7 +10,7 @@
 namespace physical_plant_test {
 
 using namespace loopwarden;
-using namespace loopwarden::studies;
+using namespace loopwarden::lab;
 
 namespace {
 

@@ -10,7 +10,7 @@
 
 namespace loopwarden::tests::population_test_test {
 
-using studies::Evidence;
+using lab::Evidence;
 
 void in_turn(std::size_t count, const std::function<void(std::size_t)>& body) {
   for (std::size_t i = 0; i < count; ++i) body(i);
@@ -38,8 +38,8 @@ std::vector<Evidence> population(std::uint64_t seed, std::size_t loops, bool mea
 
 TEST_CASE(
     "population test: alike populations with other shares of sticky loops can't be distinguished") {
-  const auto test = studies::test_population(population(1, 300, false, 0.0),
-                                             population(2, 48, true, 0.0), in_turn);
+  const auto test =
+      lab::test_population(population(1, 300, false, 0.0), population(2, 48, true, 0.0), in_turn);
   CHECK(test.loops == 48);
   CHECK(test.simulated == 300);
   CHECK(test.plants.size() == 3);
@@ -50,8 +50,8 @@ TEST_CASE(
 }
 
 TEST_CASE("population test: a shift of one number is seen in plants that were not trained on") {
-  const auto test = studies::test_population(population(1, 300, false, 0.0),
-                                             population(2, 48, true, 2.0), in_turn);
+  const auto test =
+      lab::test_population(population(1, 300, false, 0.0), population(2, 48, true, 2.0), in_turn);
   CHECK(test.auc_low > 0.8);
   CHECK(test.p <= 0.01);
   for (const auto& plant : test.plants) CHECK(plant.auc > 0.75);
@@ -63,9 +63,9 @@ TEST_CASE("population test: kinds without a counterpart are left out, one plant 
     if (e.plant == "a") e.kind = "level";
   }
   const auto simulated = population(1, 60, false, 0.0);
-  CHECK(studies::test_population(simulated, measured, in_turn).loops == 8);
+  CHECK(lab::test_population(simulated, measured, in_turn).loops == 8);
   for (auto& e : measured) e.plant = "a";
-  const auto single = studies::test_population(simulated, measured, in_turn);
+  const auto single = lab::test_population(simulated, measured, in_turn);
   CHECK(single.plants.empty());
   CHECK(single.p == 1.0);
 }

@@ -12,8 +12,8 @@
 
 namespace calibration_test {
 
-using namespace loopwarden::studies::gap_study;
-using loopwarden::studies::Share;
+using namespace loopwarden::lab::gap_study;
+using loopwarden::lab::Share;
 using loopwarden::tests::read_file;
 
 namespace {

@@ -10,7 +10,7 @@
 
 namespace gap_runner_test {
 
-using namespace loopwarden::studies::gap_study;
+using namespace loopwarden::lab::gap_study;
 using loopwarden::tests::TemporaryFolder;
 using loopwarden::tests::write_file;
 

@@ -10,7 +10,7 @@
 
 namespace gap_small_test {
 
-using namespace loopwarden::studies::gap_study;
+using namespace loopwarden::lab::gap_study;
 using loopwarden::tests::TemporaryFolder;
 
 TEST_CASE("a few easy hidden effects are each named, and a case without an effect gets no name",

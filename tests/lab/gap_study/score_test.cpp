@@ -10,8 +10,8 @@
 
 namespace score_test {
 
-using namespace loopwarden::studies::gap_study;
-using loopwarden::studies::Share;
+using namespace loopwarden::lab::gap_study;
+using loopwarden::lab::Share;
 
 namespace {
 

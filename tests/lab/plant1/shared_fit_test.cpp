@@ -6,7 +6,7 @@
 
 namespace shared_fit_test {
 
-using namespace loopwarden::studies;
+using namespace loopwarden::lab;
 
 namespace {
 

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "model/alarm/limits.hpp"
 #include "tests/support/property.hpp"
 
 namespace alarm_figures_test {
@@ -86,7 +87,7 @@ TEST_CASE("the figures don't depend on the order, and shares are of all raised a
     property::require(one.chattering == other.chattering, "chattering");
     property::require(one.floods == other.floods, "floods");
     property::require(one.came == came.size(), "one was not counted");
-    property::require(one.top.size() <= kTop, "more than ten");
+    property::require(one.top.size() <= AlarmLimits::kTop, "more than ten");
     double share = 0.0;
     for (const CountedAlarm& alarm : one.top) share += alarm.percent;
     property::require(share <= 100.0 + 1e-9, "more than all");

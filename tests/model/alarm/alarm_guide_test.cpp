@@ -14,7 +14,7 @@ using namespace loopwarden::alarm;
 
 namespace {
 
-constexpr const char* kDocument = LOOPWARDEN_SOURCE_DIR "/docs/alarms.md";
+constexpr const char* kDocument = LOOPWARDEN_SOURCE_DIR "/docs/reference/alarms.md";
 const std::string kBegin = "<!-- rationalisation -->\n";
 const std::string kEnd = "<!-- /rationalisation -->";
 
@@ -33,7 +33,7 @@ std::string table() {
 
 }  // namespace
 
-TEST_CASE("docs/alarms.md has the text of each alarm's guide", "[monitor][reference]") {
+TEST_CASE("docs/reference/alarms.md has the text of each alarm's guide", "[monitor][reference]") {
   std::ifstream in(kDocument);
   std::stringstream read;
   read << in.rdbuf();

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <string>
 
+#include "model/alarm/limits.hpp"
+
 namespace corrective_action_test {
 
 using namespace loopwarden;
@@ -33,7 +35,7 @@ CorrectiveStep windows(CorrectiveAction& action, int count, const WindowMeasures
   return last;
 }
 
-constexpr int kWait = kBaseline;
+constexpr int kWait = AlarmLimits::kBaseline;
 
 CorrectiveAction trying(double rms = 10.0, double mean = 0.0) {
   CorrectiveAction action({.enabled = true, .allowed_mean_error_percent = 1.0});
@@ -42,7 +44,7 @@ CorrectiveAction trying(double rms = 10.0, double mean = 0.0) {
   return action;
 }
 
-constexpr int kDecision = static_cast<int>(kSettling + kTrial);
+constexpr int kDecision = static_cast<int>(AlarmLimits::kSettling + AlarmLimits::kTrial);
 
 }  // namespace
 
@@ -70,24 +72,25 @@ TEST_CASE("the jacket is switched on for a newly raised alarm, from a steady bas
 
 TEST_CASE("the error after the settling decides", "[monitor][corrective]") {
   CorrectiveAction action = trying(10.0, 0.2);
-  CHECK_FALSE(windows(action, kSettling, errors(50.0)).changed());
-  CHECK_FALSE(windows(action, kTrial - 1, errors(9.0)).changed());
+  CHECK_FALSE(windows(action, AlarmLimits::kSettling, errors(50.0)).changed());
+  CHECK_FALSE(windows(action, AlarmLimits::kTrial - 1, errors(9.0)).changed());
   SECTION("it fell") {
     const CorrectiveStep step = windows(action, 1, errors(9.0));
     CHECK(step.to == State::helping);
     CHECK(step.order == Order::none);
     CHECK(step.rms_after == Approx(9.0));
     SECTION("and continues to fall") {
-      CHECK_FALSE(windows(action, 3 * kTrial, errors(9.0)).changed());
+      CHECK_FALSE(windows(action, 3 * AlarmLimits::kTrial, errors(9.0)).changed());
       CHECK(action.acting());
     }
     SECTION("and rises again") {
-      CHECK(windows(action, kTrial, errors(9.8)).order == Order::back);
+      CHECK(windows(action, AlarmLimits::kTrial, errors(9.8)).order == Order::back);
       CHECK(action.state() == State::given_up);
     }
   }
   SECTION("it did not fall enough") {
-    const CorrectiveStep step = windows(action, 1, errors(9.0 + 0.6 * static_cast<double>(kTrial)));
+    const CorrectiveStep step =
+        windows(action, 1, errors(9.0 + 0.6 * static_cast<double>(AlarmLimits::kTrial)));
     CHECK(step.order == Order::back);
     CHECK(step.to == State::given_up);
     // Not again for this alarm, under any condition.
@@ -228,13 +231,13 @@ CorrectiveAction shadowing(double rms = 10.0, bool may_act = true) {
   action.explained(may_act);
   CHECK(windows(action, 1, errors(rms)).order == Order::shadow);
   CHECK(action.state() == State::in_shadow);
-  windows(action, kLeastBaseline, errors(rms));
+  windows(action, AlarmLimits::kLeastBaseline, errors(rms));
   return action;
 }
 
 CorrectiveAction calming(double rms = 10.0) {
   CorrectiveAction action = shadowing(rms);
-  CHECK(action.moves(in_shadow(0.2), kShadow_s).order == Order::on);
+  CHECK(action.moves(in_shadow(0.2), AlarmLimits::kShadow_s).order == Order::on);
   CHECK(action.calms());
   return action;
 }
@@ -251,7 +254,7 @@ TEST_CASE("planned moves wait for the explanation, and for ten minutes in shadow
   CHECK(begin.form == CorrectiveForm::planned_moves);
   CHECK_FALSE(action.calms());
   windows(action, 12, errors(10.0, 1.0));
-  CHECK_FALSE(action.moves(in_shadow(0.3), kShadow_s - 1.0).changed());
+  CHECK_FALSE(action.moves(in_shadow(0.3), AlarmLimits::kShadow_s - 1.0).changed());
   SECTION("it gains: they act") {
     const CorrectiveStep step = action.moves(in_shadow(0.3), 1.0);
     CHECK(step.to == State::trying);
@@ -279,33 +282,33 @@ TEST_CASE("planned moves wait for the explanation, and for ten minutes in shadow
     CorrectiveAction moving(planned());
     moving.explained(true);
     windows(moving, 20, errors(10.0, 0.0, 5.0));
-    CHECK_FALSE(moving.moves(in_shadow(0.3), 2.0 * kShadow_s).changed());
+    CHECK_FALSE(moving.moves(in_shadow(0.3), 2.0 * AlarmLimits::kShadow_s).changed());
   }
 }
 
 TEST_CASE("planned moves with a roughly known valve stay in shadow", "[monitor][corrective]") {
   CorrectiveAction action = shadowing(10.0, false);
-  CHECK_FALSE(action.moves(in_shadow(0.2), 10.0 * kShadow_s).changed());
+  CHECK_FALSE(action.moves(in_shadow(0.2), 10.0 * AlarmLimits::kShadow_s).changed());
   CHECK(action.state() == State::in_shadow);
 }
 
 TEST_CASE("planned moves in shadow restart with a new explanation of the alarm",
           "[monitor][corrective]") {
   CorrectiveAction action = shadowing(10.0, false);
-  CHECK_FALSE(action.moves(in_shadow(0.2), kShadow_s).changed());
+  CHECK_FALSE(action.moves(in_shadow(0.2), AlarmLimits::kShadow_s).changed());
   const CorrectiveStep step = action.explained(true);
   CHECK(step.order == Order::shadow);
   CHECK(step.to == State::in_shadow);
-  windows(action, kLeastBaseline, errors(10.0));
-  CHECK_FALSE(action.moves(in_shadow(0.2), kShadow_s - 1.0).changed());
+  windows(action, AlarmLimits::kLeastBaseline, errors(10.0));
+  CHECK_FALSE(action.moves(in_shadow(0.2), AlarmLimits::kShadow_s - 1.0).changed());
   CHECK(action.moves(in_shadow(0.2), 1.0).order == Order::on);
   SECTION("acting: kept for the next beginning") {
     CHECK_FALSE(action.explained(false).changed());
     CHECK(action.interrupted(false).order == Order::back);
     CHECK(windows(action, 1, errors(10.0)).order == Order::shadow);
-    windows(action, kLeastBaseline, errors(10.0));
+    windows(action, AlarmLimits::kLeastBaseline, errors(10.0));
     CHECK(action.state() == State::in_shadow);
-    CHECK_FALSE(action.moves(in_shadow(0.2), 10.0 * kShadow_s).changed());
+    CHECK_FALSE(action.moves(in_shadow(0.2), 10.0 * AlarmLimits::kShadow_s).changed());
   }
 }
 
@@ -389,16 +392,16 @@ TEST_CASE("planned moves are judged by RMS before and after, and by their own ch
     CHECK(action.moves(ended(DisengageReason::no_gain), 1.0).to == State::given_up);
   }
   SECTION("disengaged: in shadow once more for a time, and given up the third time") {
-    for (int time = 1; time <= kMostDisengaged; ++time) {
+    for (int time = 1; time <= AlarmLimits::kMostDisengaged; ++time) {
       const CorrectiveStep step =
           action.moves(ended(DisengageReason::contradiction, false, false), 1.0);
       CHECK(step.order == Order::back);
       CHECK(std::string(step.why).find("contradict") != std::string::npos);
-      CHECK(step.to == (time < kMostDisengaged ? State::waiting : State::given_up));
-      if (time == kMostDisengaged) break;
+      CHECK(step.to == (time < AlarmLimits::kMostDisengaged ? State::waiting : State::given_up));
+      if (time == AlarmLimits::kMostDisengaged) break;
       CHECK(windows(action, 1, errors(10.0)).order == Order::shadow);
-      windows(action, kLeastBaseline, errors(10.0));
-      REQUIRE(action.moves(in_shadow(0.4), kShadow_s).to == State::trying);
+      windows(action, AlarmLimits::kLeastBaseline, errors(10.0));
+      REQUIRE(action.moves(in_shadow(0.4), AlarmLimits::kShadow_s).to == State::trying);
     }
   }
   SECTION("what the shadow did before is of no account") {

@@ -31,15 +31,15 @@ struct Samples {
   std::vector<double> stem = std::vector<double>(kWindowSamples, kNan);
   // Spans of 10 and 20.
   WindowMeasures measured() const {
-    return measure({.sp = sp,
-                    .pv = pv,
-                    .co = co,
-                    .stem = stem,
-                    .sample_time_s = kSampleTime,
-                    .pv_low = 0.0,
-                    .pv_high = 10.0,
-                    .co_low = 0.0,
-                    .co_high = 20.0});
+    return measure({{.period_s = kSampleTime,
+                     .pv = pv,
+                     .sp = sp,
+                     .co = co,
+                     .stem = stem,
+                     .pv_low = 0.0,
+                     .pv_high = 10.0,
+                     .co_low = 0.0,
+                     .co_high = 20.0}});
   }
 };
 
@@ -149,8 +149,8 @@ TEST_CASE("windows without samples or spans give zeros", "[monitor][measures]") 
   const WindowMeasures m = measure({});
   CHECK(m.travel_percent_per_hour == 0.0);
   Samples s;
-  const WindowMeasures no_span =
-      measure({.sp = s.sp, .pv = s.pv, .co = s.co, .stem = s.stem, .co_low = 1.0, .co_high = 1.0});
+  const WindowMeasures no_span = measure(
+      {{.pv = s.pv, .sp = s.sp, .co = s.co, .stem = s.stem, .co_low = 1.0, .co_high = 1.0}});
   CHECK(no_span.saturated_percent == 0.0);
 }
 

@@ -79,7 +79,7 @@ struct Held {
 Identification identified(const std::vector<double>& co, const std::vector<double>& pv,
                           const std::vector<double>& sp = {},
                           const std::vector<double>& mode = {}) {
-  return identify({.co = co, .pv = pv, .sp = sp, .mode = mode, .sample_time_s = kPeriod});
+  return identify({.period_s = kPeriod, .pv = pv, .sp = sp, .co = co, .automatic = mode});
 }
 
 const ProcessFit& of_form(const Identification& found, ProcessForm form) {
@@ -388,8 +388,7 @@ TEST_CASE("slow logging widens the intervals of the lags, and this is reported",
     }
     q = process.step(u);
   }
-  const Identification found =
-      identify({.co = co, .pv = pv, .sp = sp, .mode = {}, .sample_time_s = 1.0});
+  const Identification found = identify({.period_s = 1.0, .pv = pv, .sp = sp, .co = co});
   INFO(found.reason);
   REQUIRE(found.can_tell());
   const ProcessFit& best = found.best();
@@ -418,8 +417,7 @@ TEST_CASE("two close lags are within their intervals, from any start",
       pv.push_back(q + 0.1 * random.normal());
       q = process.step(u);
     }
-    const Identification found =
-        identify({.co = co, .pv = pv, .sp = {}, .mode = {}, .sample_time_s = 1.0});
+    const Identification found = identify({.period_s = 1.0, .pv = pv, .co = co});
     const ProcessFit& fit = of_form(found, ProcessForm::two_lags);
     first += fit.time_constant_s.low <= 20.0 && 20.0 <= fit.time_constant_s.high ? 1 : 0;
     second += fit.second_lag_s.low <= 8.0 && 8.0 <= fit.second_lag_s.high ? 1 : 0;
@@ -478,7 +476,7 @@ TEST_CASE("a long record is thinned or cut, and this is reported",
     pv.push_back(q + 0.02 * random.normal());
     q = process.step(u);
   }
-  const Identification found = identify({.co = co, .pv = pv, .sp = {}, .sample_time_s = 0.01});
+  const Identification found = identify({.period_s = 0.01, .pv = pv, .co = co});
   REQUIRE(found.can_tell());
   CHECK(found.used.count <= 20'000);
   CHECK_FALSE(found.notes.empty());
@@ -511,7 +509,7 @@ TEST_CASE("a record is enough for a loop model, and the assumptions are reported
           "[analysis][identification]") {
   const LoopRun r = loop_run(7, 0.4, 0.05);
   const AssumedModel assumed =
-      assumed_model({.co = r.co, .pv = r.pv, .sp = r.sp, .sample_time_s = kPeriod});
+      assumed_model({.period_s = kPeriod, .pv = r.pv, .sp = r.sp, .co = r.co});
   REQUIRE(assumed.model);
   CHECK(assumed.model->process.gain == Approx(1.2264).epsilon(0.05));
   CHECK(assumed.model->controller.pid.gains.kp == Approx(0.35).epsilon(0.03));
@@ -524,9 +522,8 @@ TEST_CASE("a record is enough for a loop model, and the assumptions are reported
   REQUIRE(assumed.model->process.level);
   CHECK(*assumed.model->process.level ==
         Approx(numeric::mean(r.pv) - assumed.model->process.gain * numeric::mean(r.co)));
-  const AssumedModel told =
-      assumed_model({.co = r.co, .pv = r.pv, .sp = r.sp, .sample_time_s = kPeriod},
-                    {.pv = {{0.0, 40.0}}, .co = {{4.0, 20.0}}});
+  const AssumedModel told = assumed_model({.period_s = kPeriod, .pv = r.pv, .sp = r.sp, .co = r.co},
+                                          {.pv = {{0.0, 40.0}}, .co = {{4.0, 20.0}}});
   REQUIRE(told.model);
   CHECK(told.model->transmitter.low == 0.0);
   CHECK(told.model->transmitter.high == 40.0);
@@ -536,7 +533,7 @@ TEST_CASE("a record is enough for a loop model, and the assumptions are reported
   CHECK(told.assumptions[3] == "PV runs from 0 to 40, as given");
   const LoopRun still = loop_run(7, 0.0, 0.3);
   const AssumedModel none =
-      assumed_model({.co = still.co, .pv = still.pv, .sp = still.sp, .sample_time_s = kPeriod});
+      assumed_model({.period_s = kPeriod, .pv = still.pv, .sp = still.sp, .co = still.co});
   CHECK_FALSE(none.model);
   CHECK_FALSE(none.identification.reason.empty());
 }

@@ -4,6 +4,8 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "model/analysis/limits.hpp"
+
 namespace loopwarden::tests::rule_trial_test {
 namespace {
 
@@ -29,7 +31,7 @@ const RuleTrial& of(const std::vector<RuleTrial>& trials, TuningRule rule) {
 // A response that is steady, settles and leaves enough margin.
 RuleTrial tried(std::optional<TuningRule> rule, double load_absolute_error) {
   RuleTrial trial{.rule = rule, .gains = {}};
-  trial.margins.sensitivity = kMostSensitivity;
+  trial.margins.sensitivity = AnalysisLimits::kMostSensitivity;
   trial.response.load_absolute_error = load_absolute_error;
   trial.response.settles = true;
   return trial;
@@ -82,7 +84,7 @@ TEST_CASE("the recommended rule is the allowed one that handles a load best") {
                                 tried(TuningRule::zn, 3.0),     tried(TuningRule::cohen_coon, 4.0),
                                 tried(TuningRule::lambda, 5.0), tried(TuningRule::simc, 7.0),
                                 tried(TuningRule::amigo, 6.0)};
-  trials[2].margins.sensitivity = 1.01 * kMostSensitivity;
+  trials[2].margins.sensitivity = 1.01 * AnalysisLimits::kMostSensitivity;
   trials[3].margins.stable = false;
   trials[4].response.settles = false;
   REQUIRE(recommended(trials) != nullptr);
@@ -106,9 +108,8 @@ TEST_CASE("the steps are watched long enough for the slowest rule") {
     const auto& record = trial.response.record;
     CAPTURE(trial.name());
     const auto samples = static_cast<double>(record.pv.size());
-    CHECK(record.sample_time_s * static_cast<double>(trial.response.load_from) >= 330.0);
-    CHECK(record.sample_time_s * (samples - static_cast<double>(trial.response.load_from)) >=
-          330.0);
+    CHECK(record.period_s * static_cast<double>(trial.response.load_from) >= 330.0);
+    CHECK(record.period_s * (samples - static_cast<double>(trial.response.load_from)) >= 330.0);
   }
 }
 

@@ -98,7 +98,7 @@ TEST_CASE("a short or still record is no cycle", "[analysis][identification]") {
 TEST_CASE("a cycle without SP is identified, and suggests a loop model with its SP",
           "[analysis][identification]") {
   const Run r = run_of({.valve = {.s = 5.0, .j = 4.8}, .kp = 0.1, .ki = 0.1, .wander = 0.005}, 5);
-  const IdentificationRecord record{.co = r.co, .pv = r.pv, .sp = {}, .sample_time_s = kPeriod};
+  const numeric::LoopView record{.period_s = kPeriod, .pv = r.pv, .co = r.co};
   const Identification found = identify(record);
   REQUIRE(found.cycle);
   REQUIRE(found.can_tell());
@@ -122,8 +122,8 @@ TEST_CASE("with a read-back, the slip jump and the process are those of the stem
   numeric::Random random(2);
   std::vector<double> stem;
   for (const double x : r.stem) stem.push_back(x + 0.01 * random.normal());
-  const Identification found = identify(
-      {.co = r.co, .pv = r.pv, .sp = {}, .mode = {}, .stem = stem, .sample_time_s = kPeriod});
+  const Identification found =
+      identify({.period_s = kPeriod, .pv = r.pv, .co = r.co, .stem = stem});
   REQUIRE(found.cycle);
   CHECK(found.cycle->j.value == Approx(2.0).epsilon(0.15));
   CHECK(found.cycle->j.low <= 2.0);
@@ -136,7 +136,7 @@ TEST_CASE("with a read-back, the slip jump and the process are those of the stem
 TEST_CASE("a stem that rests after each slip shows gain times slip jump, not the gain",
           "[analysis][identification]") {
   const Run r = run_of({.valve = {.s = 5.0, .j = 2.0}, .wander = 0.005}, 1);
-  const IdentificationRecord record{.co = r.co, .pv = r.pv, .sp = {}, .sample_time_s = kPeriod};
+  const numeric::LoopView record{.period_s = kPeriod, .pv = r.pv, .co = r.co};
   const Identification found = identify(record);
   REQUIRE(found.cycle);
   REQUIRE_FALSE(found.can_tell());

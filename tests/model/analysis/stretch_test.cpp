@@ -20,8 +20,7 @@ struct Columns {
     for (std::size_t k = from; k < to; ++k) co[k] += size * std::sin(0.01 * static_cast<double>(k));
   }
   std::size_t best() const {
-    return telling_stretches({.pv = pv, .co = co, .sp = {}, .automatic = automatic}, 4000, 1)
-        .front();
+    return telling_stretches({.pv = pv, .co = co, .automatic = automatic}, 4000, 1).front();
   }
 };
 
@@ -50,12 +49,11 @@ TEST_CASE("one stretch from each part, in order; a short record is taken whole",
   Columns c;
   c.move(30000, 34000, 5.0);
   c.move(8000, 12000, 2.0);
-  const auto two = telling_stretches({.pv = c.pv, .co = c.co, .sp = {}, .automatic = {}}, 4000, 2);
+  const auto two = telling_stretches({.pv = c.pv, .co = c.co}, 4000, 2);
   REQUIRE(two.size() == 2);
   CHECK(around(two[0], 10000));
   CHECK(around(two[1], 32000));
-  CHECK(telling_stretches({.pv = c.pv, .co = c.co, .sp = {}, .automatic = {}}, 40000, 3) ==
-        std::vector<std::size_t>{0});
+  CHECK(telling_stretches({.pv = c.pv, .co = c.co}, 40000, 3) == std::vector<std::size_t>{0});
 }
 
 }  // namespace

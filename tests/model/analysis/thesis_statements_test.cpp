@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Statements of the thesis's chapters 3 and 7 on measured quantities; docs/thesis.md lists them.
+// Statements of the thesis's chapters 3 and 7 on measured quantities; docs/project/thesis.md lists
+// them.
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <vector>

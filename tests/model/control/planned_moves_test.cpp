@@ -8,7 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "model/control/loop_controller.hpp"
+#include "model/control/planned_moves_limits.hpp"
+#include "model/control/simulated_controller.hpp"
 #include "model/numeric/random.hpp"
 #include "model/plant/plant.hpp"
 
@@ -99,10 +100,10 @@ struct Bench {
     for (int k = 0; k < most && state().phase != phase; ++k) step();
     return state().phase == phase;
   }
-  MovesState state() const { return controller.compensator().planned_moves()->state(); }
+  MovesState state() const { return controller.moves().value_or(MovesState{}); }
 
   plant::Plant plant;
-  LoopController controller;
+  SimulatedController controller;
   double co = 0.0;
   std::function<double(double)> to_valve;  // the valve's response to CO at the stem
 };
@@ -112,7 +113,7 @@ Run run(const plant::LoopModel& m, double duration_s,
         const std::function<ReadBack(double time_s, double stem)>& read_back = {},
         const std::function<double(double time_s)>& set_point = {}) {
   Bench bench(m);
-  LoopController& c = bench.controller;
+  SimulatedController& c = bench.controller;
   Run result;
   const auto samples = static_cast<std::size_t>(duration_s / m.sample_time_s);
   for (std::size_t k = 0; k < samples; ++k) {
@@ -127,9 +128,9 @@ Run run(const plant::LoopModel& m, double duration_s,
     result.error.push_back(out.set_point - true_pv);
     result.pv.push_back(true_pv);
     result.co.push_back(out.output);
-    if (const PlannedMoves* planned = c.compensator().planned_moves()) {
-      result.state = planned->state();
-      result.phase.push_back(result.state.phase);
+    if (const std::optional<MovesState> now = c.moves()) {
+      result.state = *now;
+      result.phase.push_back(now->phase);
     }
   }
   return result;
@@ -407,7 +408,7 @@ TEST_CASE("planned moves that act after a shadow keep what they have learnt",
   m.controller.compensator.shadow = false;
   bench.controller.configure(m.controller);
   const double before = bench.co;
-  bench.step();
+  bench.steps(2);
   CHECK(bench.co == Approx(before).margin(0.02));
   CHECK(bench.state().phase == MovePhase::probing);
   CHECK(bench.state().moves == 0);
@@ -627,8 +628,8 @@ TEST_CASE("the cycles that are still to be watched are shown", "[control][planne
     most = std::max(most, cycles);
     bench.step();
   }
-  CHECK(most >= kLeastCyclesWatched);
-  CHECK(most <= kMostCyclesWatched);
+  CHECK(most >= PlannedMovesLimits::kLeastCyclesWatched);
+  CHECK(most <= PlannedMovesLimits::kMostCyclesWatched);
 }
 
 TEST_CASE("units and direction of action change only the numbers of the answer",

@@ -23,7 +23,7 @@ const auto kSteadyLoad = [](double) { return 1.3; };
 const auto kIdeal = [](double u) { return u; };
 
 Diagnosis diagnosed(const SmallLoop::Run& run, double sample_time_s = 0.5) {
-  return diagnose({.pv = run.pv, .co = run.co, .sp = {}, .sample_time_s = sample_time_s});
+  return diagnose({.period_s = sample_time_s, .pv = run.pv, .co = run.co});
 }
 
 TEST_CASE("a sticking valve is named, with its band, whatever the units") {
@@ -66,7 +66,7 @@ TEST_CASE("steps of the set point do not hide the valve's behaviour between them
               [&](double k) { return 50.0 + 15.0 * step(k) + 6.0 * triangle(k / 61.0 + 0.5); }),
       0.05, 2);
   const auto phase = [&](std::span<const double> set_point) {
-    return diagnose({.pv = pv, .co = co, .sp = set_point, .sample_time_s = 1.0}, LoopKind::flow)
+    return diagnose({.period_s = 1.0, .pv = pv, .sp = set_point, .co = co}, LoopType::flow)
         .evidence.phase;
   };
   CHECK(phase(sp) > 1.0);
@@ -74,8 +74,9 @@ TEST_CASE("steps of the set point do not hide the valve's behaviour between them
   // A hold in which CO hardly moves has no information, so the steps themselves are examined.
   const Series still =
       with_noise(made_of(4800, [&](double k) { return 50.0 + 15.0 * step(k); }), 0.05, 2);
-  CHECK(diagnose({.pv = sp, .co = still, .sp = sp, .sample_time_s = 1.0}, LoopKind::flow)
-            .evidence.phase < -2.0);
+  CHECK(
+      diagnose({.period_s = 1.0, .pv = sp, .sp = sp, .co = still}, LoopType::flow).evidence.phase <
+      -2.0);
 }
 
 TEST_CASE("the reversals of CO in all windows of a loop overrule those of one window") {
@@ -146,7 +147,7 @@ TEST_CASE("a valve at its end is called saturation") {
 
 TEST_CASE("too little data is reported instead of guessed") {
   const Series pv(50, 1.0);
-  const Diagnosis d = diagnose({.pv = pv, .co = pv, .sp = {}});
+  const Diagnosis d = diagnose({.period_s = 1.0, .pv = pv, .co = pv});
   CHECK(d.verdict == DiagnosisVerdict::not_enough_data);
   CHECK_FALSE(d.reason.empty());
 }
@@ -179,7 +180,7 @@ TEST_CASE("a healthy flow valve whose set point moves is healthy, a sticking one
       co.push_back(integral + 0.2 * error);
       x += 0.6 * ((sticky ? valve.step(co.back()) : co.back()) - x);
     }
-    const Diagnosis d = diagnose({.pv = pv, .co = co, .sp = sp}, LoopKind::flow);
+    const Diagnosis d = diagnose({.period_s = 1.0, .pv = pv, .sp = sp, .co = co}, LoopType::flow);
     CHECK((d.verdict == DiagnosisVerdict::valve_effect) == sticky);
   }
 }
@@ -199,8 +200,8 @@ TEST_CASE("a level whose set point moves is no valve effect, with its kind given
     co.push_back(integral + 5.0 * error);
     level += 0.004 * (co.back() - 30.0);
   }
-  for (const LoopKind kind : {LoopKind::level, LoopKind::unknown}) {
-    const Diagnosis d = diagnose({.pv = pv, .co = co, .sp = sp}, kind);
+  for (const LoopType kind : {LoopType::level, LoopType::unknown}) {
+    const Diagnosis d = diagnose({.period_s = 1.0, .pv = pv, .sp = sp, .co = co}, kind);
     CHECK(d.follows == Follows::by_integration);
     CHECK(d.verdict != DiagnosisVerdict::valve_effect);
   }
@@ -213,34 +214,35 @@ TEST_CASE("a dead line, a dead transmitter and a clamped valve have separate ans
   for (int k = 0; k < 600; ++k) co.push_back(u += 0.3 * random.normal());
   Series sp(600, 25.0);
   const Series nothing = with_noise(Series(600, 0.0), 0.05, 9);
-  const Diagnosis dead_line = diagnose({.pv = nothing, .co = co, .sp = sp});
+  const Diagnosis dead_line = diagnose({.period_s = 1.0, .pv = nothing, .sp = sp, .co = co});
   CHECK(dead_line.verdict == DiagnosisVerdict::other_cause);
   CHECK(dead_line.cause == Cause::no_flow);
   Series frozen = with_noise(Series(600, 25.0), 0.5, 9);
   std::fill(frozen.begin() + 300, frozen.end(), 25.5);
-  CHECK(diagnose({.pv = frozen, .co = co, .sp = sp}).cause == Cause::sensor);
+  CHECK(diagnose({.period_s = 1.0, .pv = frozen, .sp = sp, .co = co}).cause == Cause::sensor);
   Series clamped = co;
   for (double& v : clamped) v = std::min(v, numeric::quantile(co, 0.4));
   const Series pv = with_noise(Series(600, 25.0), 0.5, 9);
-  CHECK(diagnose({.pv = pv, .co = clamped, .sp = {}}).cause == Cause::saturation);
-  CHECK(diagnose({.pv = pv, .co = co, .sp = {}}).cause != Cause::saturation);
+  CHECK(diagnose({.period_s = 1.0, .pv = pv, .co = clamped}).cause == Cause::saturation);
+  CHECK(diagnose({.period_s = 1.0, .pv = pv, .co = co}).cause != Cause::saturation);
 }
 
 // A loop whose CO is at `rest` from `from` to `to`, with PV off SP by `off` in that time. Otherwise
 // it cycles about SP.
 struct Resting {
-  Series pv, co, sp;
-  RoutineRecord record(bool with_sp) const {
-    return {.pv = pv,
-            .co = co,
-            .sp = with_sp ? std::span<const double>(sp) : std::span<const double>()};
+  Series pv, sp, co;
+  numeric::LoopView record(bool with_sp) const {
+    return {.period_s = 1.0,
+            .pv = pv,
+            .sp = with_sp ? std::span<const double>(sp) : std::span<const double>(),
+            .co = co};
   }
 };
 
 Resting resting(std::size_t from, std::size_t to, double rest, double off) {
   Resting r{.pv = with_noise(made_of(900, [](double k) { return 50.0 + sine(k / 90.0); }), 0.1, 3),
-            .co = made_of(900, [](double k) { return 60.0 + 4.0 * sine(k / 90.0 + 0.3); }),
-            .sp = Series(900, 50.0)};
+            .sp = Series(900, 50.0),
+            .co = made_of(900, [](double k) { return 60.0 + 4.0 * sine(k / 90.0 + 0.3); })};
   for (std::size_t k = from; k < to; ++k) {
     r.co[k] = rest;
     r.pv[k] = 50.0 + off + 0.1 * sine(static_cast<double>(k) / 7.0);
@@ -302,7 +304,7 @@ TEST_CASE("windows at a limit for more than a third of a loop decide, a healthy 
 
 TEST_CASE("evidence is finite on records at the edge") {
   const auto finite = [](const Series& pv, const Series& co) {
-    const Diagnosis d = diagnose({.pv = pv, .co = co, .sp = {}});
+    const Diagnosis d = diagnose({.period_s = 1.0, .pv = pv, .co = co});
     if (d.prepared.gate == Gate::open) {
       for (const double v : find_features(d.prepared).features) {
         if (!std::isfinite(v)) return false;

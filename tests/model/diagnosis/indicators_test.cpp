@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Each indicator on a textbook case, the decision, the kind from a tag, and the verdict of a loop.
+// Play and Hammerstein evidence on textbook cases, the decision, and the verdict of a loop.
 #include <array>
 #include <catch2/catch.hpp>
 #include <vector>
 
 #include "model/diagnosis/diagnosis.hpp"
-#include "model/diagnosis/phase.hpp"
+#include "model/diagnosis/limits.hpp"
 #include "model/effects/backlash/backlash.hpp"
 #include "model/effects/stiction/stiction_choudhury.hpp"
 #include "tests/model/diagnosis/signals.hpp"
@@ -18,31 +18,8 @@ using namespace diagnosis;
 Series triangles() {
   return made_of(800, [](double k) { return triangle(k / 40.0); });
 }
-double phase_of(const Series& pv, const Series& co) {
-  return phase_evidence(three_scales(pv, 40.0), three_scales(co, 40.0), 40.0);
-}
 double play_of(const Series& pv, const Series& co) {
-  return fit_play(three_scales(pv, 40.0), three_scales(co, 40.0), 40.0).evidence;
-}
-
-TEST_CASE("the movement's period is that of the cycle, or half the record without a cycle") {
-  const Series co = with_noise(made_of(800, [](double k) { return sine(k / 50.0); }), 0.05, 1);
-  CHECK(movement_period(co, co) == Approx(50.0).epsilon(0.04));
-  const Series slow = made_of(800, [](double k) { return sine(k / 200.0); });
-  CHECK(movement_period(slow, co) == Approx(50.0).epsilon(0.04));
-  CHECK(movement_period(Series(300, 1.0), Series(300, 2.0)) == Approx(150.0));
-}
-
-TEST_CASE("phase: a square wave that lags a triangle is odd, PV in step with CO is even") {
-  // Horch 1999: CO integrates the error of a valve that jumps from side to side.
-  const Series co = triangles();
-  const Series jumping = made_of(800, [](double k) { return square(k / 40.0); });
-  CHECK(phase_of(with_noise(jumping, 0.1, 2), co) > 2.0);
-  CHECK(phase_of(with_noise(co, 0.1, 3), co) < -3.0);
-  Series opposed = co;
-  for (double& v : opposed) v = -v;
-  CHECK(phase_of(opposed, co) < -3.0);
-  CHECK(phase_of(Series(800, 0.0), co) < 0.0);
+  return fit_play(three_time_scales(pv, 40.0), three_time_scales(co, 40.0), 40.0).evidence;
 }
 
 TEST_CASE("play: PV that lags by backlash is explained by it, other PV is not") {
@@ -51,8 +28,8 @@ TEST_CASE("play: PV that lags by backlash is explained by it, other PV is not") 
   play.reset(0.0);
   Series behind;
   for (const double u : co) behind.push_back(play.step(u));
-  const PlayFit fit =
-      fit_play(three_scales(with_noise(behind, 0.03, 4), 40.0), three_scales(co, 40.0), 40.0);
+  const PlayFit fit = fit_play(three_time_scales(with_noise(behind, 0.03, 4), 40.0),
+                               three_time_scales(co, 40.0), 40.0);
   CHECK(fit.evidence > 0.5);
   CHECK(fit.band == Approx(1.0).epsilon(0.25));
   CHECK(play_of(with_noise(co, 0.03, 5), co) < 0.0);
@@ -75,11 +52,11 @@ TEST_CASE(
   const SmallLoop::Run sticky = loop.run(
       1200, [&](double u) { return valve.step(u); }, [](double) { return 1.3; });
   const Hammerstein found = fit_hammerstein(sticky.pv, sticky.co);
-  CHECK(found.evidence > kHammersteinVotes);
+  CHECK(found.evidence > DiagnosisLimits::kHammersteinVotes);
   CHECK(found.band == Approx(5.0).epsilon(0.4));
   const SmallLoop::Run cycling = loop.run(
       1200, [](double u) { return u; }, [](double t) { return 4.0 * sine(t / 25.0); });
-  CHECK(fit_hammerstein(cycling.pv, cycling.co).evidence < kHammersteinVotes);
+  CHECK(fit_hammerstein(cycling.pv, cycling.co).evidence < DiagnosisLimits::kHammersteinVotes);
 }
 
 TEST_CASE("Hammerstein: CO that only echoes PV through the controller proves no effect") {
@@ -92,8 +69,8 @@ TEST_CASE("Hammerstein: CO that only echoes PV through the controller proves no 
     pv.push_back(x = 0.95 * x + random.normal());
     co.push_back(-pv.back());
   }
-  CHECK(fit_hammerstein(pv, co).evidence < kHammersteinVotes);
-  CHECK(diagnose({.pv = pv, .co = co, .sp = {}}).verdict != DiagnosisVerdict::valve_effect);
+  CHECK(fit_hammerstein(pv, co).evidence < DiagnosisLimits::kHammersteinVotes);
+  CHECK(diagnose({.period_s = 1.0, .pv = pv, .co = co}).verdict != DiagnosisVerdict::valve_effect);
 }
 
 TEST_CASE("Hammerstein: one step does not hide the sticking in the other samples") {
@@ -105,7 +82,7 @@ TEST_CASE("Hammerstein: one step does not hide the sticking in the other samples
       1200, [&](double u) { return valve.step(u); },
       [](double t) { return t < 400.0 ? 1.3 : -5.0; });
   const Hammerstein found = fit_hammerstein(stepped.pv, stepped.co);
-  CHECK(found.evidence > kHammersteinVotes);
+  CHECK(found.evidence > DiagnosisLimits::kHammersteinVotes);
   CHECK(found.parts_for >= 0.75);
   CHECK(found.band == Approx(5.0).epsilon(0.5));
 }
@@ -131,7 +108,7 @@ TEST_CASE("Hammerstein: a gain that would be unstable under this controller does
   const SmallLoop::Run sticky = loop.run(
       1200, [&](double u) { return valve.step(u); }, [](double) { return 1.3; });
   const double right = fit_hammerstein(sticky.pv, sticky.co, 1.0).evidence;
-  CHECK(right > kHammersteinVotes);
+  CHECK(right > DiagnosisLimits::kHammersteinVotes);
   CHECK(fit_hammerstein(sticky.pv, sticky.co, -1.0).evidence < 0.5 * right);
 }
 
@@ -189,7 +166,7 @@ TEST_CASE("PV that does not depend on CO has no information about the valve") {
   const ValveDecision d = decide(noise, Follows::at_once);
   CHECK(d.grade == Grade::none);
   CHECK_FALSE(d.undecided);
-  CHECK(d.probability <= kUnrelatedMost);
+  CHECK(d.probability <= DiagnosisLimits::kUnrelatedMost);
 }
 
 TEST_CASE("a band that play and prediction show counts even if set points carry PV along") {
@@ -205,19 +182,19 @@ TEST_CASE("a band that play and prediction show counts even if set points carry 
 TEST_CASE("without a band PV that lags CO is no sticking valve") {
   const ValveEvidence random_load{
       .phase = 4.0, .play = 0.0, .hammerstein = 0.05, .standing = 0.6, .reversals = kByTravel};
-  CHECK(decide(random_load, Follows::at_once).probability <= kDecidedBelow);
+  CHECK(decide(random_load, Follows::at_once).probability <= DiagnosisLimits::kDecidedBelow);
   ValveEvidence banded = random_load;
   banded.play = 0.3;
-  CHECK(decide(banded, Follows::at_once).probability > kDecidedBelow);
+  CHECK(decide(banded, Follows::at_once).probability > DiagnosisLimits::kDecidedBelow);
 }
 
 TEST_CASE("PV in step with CO that no stick band predicts is no sticking valve") {
   // A fast loop in a log with held values: play seems to explain them.
   const ValveEvidence held{.phase = -4.0, .play = 0.8, .hammerstein = 0.1, .standing = 0.9};
-  CHECK(decide(held, Follows::at_once).probability <= kDecidedBelow);
+  CHECK(decide(held, Follows::at_once).probability <= DiagnosisLimits::kDecidedBelow);
   ValveEvidence later = held;
   later.phase = -1.9;
-  CHECK(decide(later, Follows::at_once).probability > kDecidedBelow);
+  CHECK(decide(later, Follows::at_once).probability > DiagnosisLimits::kDecidedBelow);
 }
 
 TEST_CASE("the decision rises with every indicator and stays within its bounds") {
@@ -233,9 +210,9 @@ TEST_CASE("the decision rises with every indicator and stays within its bounds")
   CHECK(more([](ValveEvidence& e) { e.standing = 0.6; }) > p);
   CHECK(more([](ValveEvidence& e) { e.hammerstein = 0.2; }) > p);
   CHECK(decide({.phase = 4.6, .play = 1.0, .hammerstein = 0.5, .standing = 0.9}, Follows::at_once)
-            .probability == kMostProbability);
+            .probability == DiagnosisLimits::kMostProbability);
   CHECK(decide({.phase = -4.6, .play = -1.0, .hammerstein = -0.1}, Follows::at_once).probability ==
-        kLeastProbability);
+        DiagnosisLimits::kLeastProbability);
 }
 
 TEST_CASE("a level is accused only if it cycles and PV is constant while CO moves") {
@@ -269,17 +246,6 @@ TEST_CASE("phase and play name no valve on a level without other evidence") {
     CHECK(d.undecided);
     CHECK_FALSE(d.settle.empty());
   }
-}
-
-TEST_CASE("the kind of a loop is read from its tag") {
-  CHECK(kind_from_tag("FIC101") == LoopKind::flow);
-  CHECK(kind_from_tag("21-LC-105_a") == LoopKind::level);
-  CHECK(kind_from_tag("PDIC7") == LoopKind::pressure);
-  CHECK(kind_from_tag("unit3.TRCA_3") == LoopKind::temperature);
-  CHECK(kind_from_tag("CHEM1") == LoopKind::unknown);
-  CHECK(kind_from_tag("PLC4") == LoopKind::unknown);
-  CHECK(kind_from_tag("r22") == LoopKind::unknown);
-  CHECK(kind_from_tag("LIC5 to FIC6") == LoopKind::unknown);
 }
 
 Diagnosis window(DiagnosisVerdict verdict, double probability, Grade grade = Grade::none) {

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests the cause of the reversals of CO, the hold evidence of PV, and the effect of a limit on
-// both.
+// Tests the cause of the reversals of CO, and the effect of a limit.
 #include "model/diagnosis/reversals.hpp"
 
 #include <algorithm>
@@ -10,7 +9,6 @@
 #include <vector>
 
 #include "model/diagnosis/preparation.hpp"
-#include "model/diagnosis/standing.hpp"
 #include "model/numeric/random.hpp"
 #include "tests/model/diagnosis/signals.hpp"
 
@@ -112,21 +110,12 @@ TEST_CASE("a valve whose moves up and down take different times still reverses b
             .by() == ReversalsBy::travel);
 }
 
-TEST_CASE("PV is constant after a valve that sticks, and moves with a valve that follows") {
-  const Series co = made_of(800, [](double k) { return triangle(k / 40.0); });
-  const Series jumping = made_of(800, [](double k) { return square(k / 40.0); });
-  CHECK(standing_evidence(jumping, co, 40.0) > 0.7);
-  CHECK(standing_evidence(co, co, 40.0) < 0.1);
-  CHECK(standing_evidence(Series(4, 1.0), Series(4, 1.0), 40.0) == 0.0);
-}
-
 // 1200 samples; PV follows CO slowly.
 Prepared prepared(const Series& co, double low = 0.0, double high = 100.0) {
   Series pv;
   double y = co.front();
   for (const double u : co) pv.push_back(y += 0.2 * (u - y));
-  return prepare(
-      {.pv = pv, .co = co, .sp = {}, .sample_time_s = 1.0, .co_low = low, .co_high = high});
+  return prepare({.period_s = 1.0, .pv = pv, .co = co, .co_low = low, .co_high = high});
 }
 
 TEST_CASE("CO between its limits is saturation, a stretch away from them is judged") {

@@ -10,7 +10,7 @@
 #include <numbers>
 #include <vector>
 
-#include "model/diagnosis/series.hpp"
+#include "model/diagnosis/series_ops.hpp"
 #include "model/numeric/random.hpp"
 
 namespace loopwarden::tests {
@@ -75,6 +75,11 @@ inline std::function<double(double)> wandering_load(double mean, double step = 0
   return [mean, step, wander = 0.0, random = numeric::Random(8)](double) mutable {
     return mean + (wander = 0.95 * wander + step * random.normal());
   };
+}
+
+constexpr double kCyclePeriod = 40.0;  // samples, of cycle()
+inline Series cycle(double (*shape)(double), double shift = 0.0) {
+  return made_of(800, [=](double k) { return shape(k / kCyclePeriod + shift); });
 }
 
 }  // namespace loopwarden::tests

@@ -101,7 +101,8 @@ TEST_CASE("a window: share in automatic, at the limit, travel, error and turns",
     pv[k] = 50.0 + 5.0 * std::sin(angle - 0.8) + 0.05 * n[k];
   }
   for (std::size_t k = 0; k < 1800; ++k) automatic[k] = 0.0;
-  const WindowFindings w = judge_window({.pv = pv, .co = co, .sp = sp, .automatic = automatic});
+  const WindowFindings w =
+      judge_window({.period_s = 1.0, .pv = pv, .sp = sp, .co = co, .automatic = automatic});
   CHECK(w.automatic == Approx(0.75));
   CHECK(w.complete == 1.0);
   CHECK(w.saturated == 0.0);
@@ -111,7 +112,7 @@ TEST_CASE("a window: share in automatic, at the limit, travel, error and turns",
   CHECK(w.travel_per_hour == Approx(0.75 * 40.0 * 9.0).epsilon(0.05));
   CHECK(w.reversals_per_hour == Approx(0.75 * 18.0).epsilon(0.1));
   CHECK(w.crossings_per_hour == Approx(18.0).epsilon(0.1));
-  const WindowFindings moded = judge_window({.pv = pv, .co = co, .sp = {}, .automatic = {}});
+  const WindowFindings moded = judge_window({.period_s = 1.0, .pv = pv, .co = co});
   CHECK(std::isnan(moded.automatic));
   CHECK(std::isnan(moded.error));
 }

@@ -23,7 +23,7 @@ struct Named {
   std::vector<double> searched;
 };
 Named named_in(const plant::LoopModel& truth) {
-  const gap::Record record = test::record_of(truth, 130.0);
+  const numeric::LoopRecord record = test::record_of(truth, 130.0);
   const gap::FreeRun run(test::believed_model(), record.co);
   const gap::Fitter fitter(run, record.pv, std::vector<bool>(record.size(), true), {.load = 0.3},
                            true);

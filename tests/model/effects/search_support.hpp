@@ -19,7 +19,7 @@ struct Named {
 
 // Searches for a single effect among `names`, in 130 s of `truth` with SP steps.
 inline Named named_among(const std::vector<std::string>& names, const plant::LoopModel& truth) {
-  const gap::Record record = record_of(truth, 130.0);
+  const numeric::LoopRecord record = record_of(truth, 130.0);
   const gap::FreeRun run(believed_model(), record.co);
   const gap::Fitter fitter(run, record.pv, std::vector<bool>(record.size(), true),
                            {.load = 0.3, .valve = 0.0}, true);

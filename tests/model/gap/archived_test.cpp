@@ -11,13 +11,13 @@
 namespace loopwarden::tests::archived_test {
 namespace {
 
-gap::Record thinned(gap::Record record, double pv, double co) {
+numeric::LoopRecord thinned(numeric::LoopRecord record, double pv, double co) {
   record.pv = lines_between(record.pv, by_swinging_door(record.pv, pv));
   record.co = lines_between(record.co, by_swinging_door(record.co, co));
   return record;
 }
 
-gap::Result find(const gap::Record& record, const gap::Deviations& deviations) {
+gap::Result find(const numeric::LoopRecord& record, const gap::Deviations& deviations) {
   return gap::find_gap_archived(record, test::believed_model(), {}, deviations, test::serial,
                                 [](double) {});
 }
@@ -28,7 +28,7 @@ TEST_CASE("a stick wider than the archive's deviation is named, one that is narr
           "[gap][long]") {
   plant::LoopModel truth = test::believed_model();
   truth.valve_effects = {{"stiction", {{"s", 1.0}, {"j", 0.5}}}};
-  const gap::Record record = thinned(test::record_of(truth, 260.0), 0.05, 0.05);
+  const numeric::LoopRecord record = thinned(test::record_of(truth, 260.0), 0.05, 0.05);
   const gap::Result seen = find(record, {.pv = 0.05, .co = 0.05});
   REQUIRE(seen.outcome == gap::Outcome::missing_effect);
   REQUIRE(seen.effects.size() == 1);

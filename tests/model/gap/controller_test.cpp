@@ -33,14 +33,14 @@ plant::LoopModel direct_model() {
 }
 
 // From rest, without noise and a converter's rounding.
-gap::Record exact_record(plant::LoopModel truth) {
+numeric::LoopRecord exact_record(plant::LoopModel truth) {
   truth.transmitter.low = -10.0;
   truth.controller.set_point.low = -10.0;
   const double side = truth.process.gain < 0.0 ? -1.0 : 1.0;
   truth.scenario.set_point = {
       {0.0, 3.0 * side}, {5.0, 5.0 * side}, {25.0, 6.5 * side}, {45.0, 4.0 * side}};
   plant::SimulatedLoop loop(truth);
-  gap::Record record{.period_s = truth.sample_time_s, .pv = {}, .sp = {}, .co = {}};
+  numeric::LoopRecord record{.period_s = truth.sample_time_s, .pv = {}, .sp = {}, .co = {}};
   for (int k = 0; k < 700; ++k) {
     const plant::LoopSample s = loop.step();
     record.pv.push_back(s.pv);
@@ -56,7 +56,7 @@ gap::ControllerFinding square_wave(double kp, double amplitude, double beside = 
   plant::LoopModel model = test::believed_model();
   model.controller.pid.gains.kp = 0.9;
   model.controller.pid.gains.ki = 0.02;
-  gap::Record record{.period_s = model.sample_time_s, .pv = {}, .sp = {}, .co = {}};
+  numeric::LoopRecord record{.period_s = model.sample_time_s, .pv = {}, .sp = {}, .co = {}};
   for (int k = 0; k < 1200; ++k) {
     record.sp.push_back(5.0 + (k / 50 % 2 == 0 ? amplitude : -amplitude));
     record.pv.push_back(5.0 + 0.05 * std::sin(0.3 * k));
@@ -103,7 +103,7 @@ TEST_CASE("replayed on what it measured, the controller repeats itself", "[gap][
   model.controller.pid.anti_windup =
       GENERATE(control::AntiWindup::integral_clamp, control::AntiWindup::back_calculation,
                control::AntiWindup::conditional);
-  const gap::Record record = exact_record(model);
+  const numeric::LoopRecord record = exact_record(model);
   const std::vector<double> co = gap::replay_controller(model.controller.pid, record.period_s,
                                                         record.sp, record.pv, record.co[0]);
   for (std::size_t k = 0; k < co.size(); ++k) {
@@ -119,7 +119,7 @@ TEST_CASE("settings are found in spite of stretches at the limit, and in direct 
   plant::LoopModel truth = model;
   truth.controller.pid.gains.kp = 0.3;
   truth.controller.pid.gains.ki = 0.22;
-  const gap::Record record = test::record_of(truth, 120.0);
+  const numeric::LoopRecord record = test::record_of(truth, 120.0);
   if (!direct) CHECK(std::count(record.co.begin(), record.co.end(), 10.0) > 100);
   const gap::ControllerFinding found = gap::compare_controller(record, model);
   REQUIRE(found.mismatch);
@@ -131,7 +131,7 @@ TEST_CASE("settings are found in spite of stretches at the limit, and in direct 
 
 TEST_CASE("a CO that no PI law gives is left unexplained", "[gap][controller]") {
   const plant::LoopModel model = test::believed_model();
-  gap::Record record = test::record_of(model, 120.0);
+  numeric::LoopRecord record = test::record_of(model, 120.0);
   for (std::size_t k = 0; k < record.size(); ++k) {
     record.co[k] = 5.0 + std::sin(0.05 * static_cast<double>(k));
   }
@@ -142,7 +142,7 @@ TEST_CASE("a CO that no PI law gives is left unexplained", "[gap][controller]") 
 
 TEST_CASE("missing samples of SP, PV and CO are bridged", "[gap][controller]") {
   const plant::LoopModel model = test::believed_model();
-  gap::Record record = test::record_of(model, 120.0);
+  numeric::LoopRecord record = test::record_of(model, 120.0);
   for (std::size_t k = 0; k < record.size(); k += 97) {
     record.sp[k] = std::numeric_limits<double>::quiet_NaN();
     record.co[k] = std::numeric_limits<double>::quiet_NaN();
@@ -155,7 +155,7 @@ TEST_CASE("missing samples of SP, PV and CO are bridged", "[gap][controller]") {
 
 TEST_CASE("the model's own controller replays the record to its rounding", "[gap][controller]") {
   const plant::LoopModel model = test::believed_model();
-  const gap::Record record = test::record_of(model, 120.0);
+  const numeric::LoopRecord record = test::record_of(model, 120.0);
   const gap::ControllerFinding found = gap::compare_controller(record, model);
   CHECK(found.compared);
   CHECK_FALSE(found.mismatch);
@@ -191,7 +191,7 @@ TEST_CASE("a different anti-windup is never reported as different settings", "[g
 
 TEST_CASE("after a stretch that was not recorded the controller restarts", "[gap][controller]") {
   const plant::LoopModel model = test::believed_model();
-  gap::Record record = test::record_of(model, 120.0);
+  numeric::LoopRecord record = test::record_of(model, 120.0);
   const std::size_t from = GENERATE(0U, 100U);
   for (std::size_t k = from; k < from + 130; ++k) {
     record.pv[k] = std::numeric_limits<double>::quiet_NaN();
@@ -205,7 +205,7 @@ TEST_CASE("after a stretch that was not recorded the controller restarts", "[gap
 
 TEST_CASE("a column without a value is a column that was not measured", "[gap][controller]") {
   const plant::LoopModel model = test::believed_model();
-  gap::Record record = test::record_of(model, 60.0);
+  numeric::LoopRecord record = test::record_of(model, 60.0);
   std::vector<double>& column = GENERATE(true, false) ? record.sp : record.co;
   std::fill(column.begin(), column.end(), std::numeric_limits<double>::quiet_NaN());
   CHECK_FALSE(gap::compare_controller(record, model).compared);
@@ -213,14 +213,14 @@ TEST_CASE("a column without a value is a column that was not measured", "[gap][c
 
 TEST_CASE("without CO or SP no controller is compared", "[gap][controller]") {
   const plant::LoopModel model = test::believed_model();
-  gap::Record record = test::record_of(model, 30.0);
+  numeric::LoopRecord record = test::record_of(model, 30.0);
   record.co.clear();
   CHECK_FALSE(gap::compare_controller(record, model).compared);
 }
 
 TEST_CASE("a filter on PV is found with its time, other gains are not", "[gap][controller]") {
   const plant::LoopModel model = test::believed_model();
-  gap::Record record = test::record_of(model, 130.0);
+  numeric::LoopRecord record = test::record_of(model, 130.0);
   std::vector<double> filtered = record.pv;
   for (std::size_t k = 1; k < filtered.size(); ++k)
     filtered[k] = filtered[k - 1] + (1.0 - std::exp(-0.1 / 2.0)) * (record.pv[k] - filtered[k - 1]);
@@ -235,7 +235,7 @@ TEST_CASE("a filter on PV is found with its time, other gains are not", "[gap][c
 
 TEST_CASE("a dead band of the error is found with its width", "[gap][controller]") {
   const plant::LoopModel model = test::believed_model();
-  gap::Record record = test::record_of(model, 130.0);
+  numeric::LoopRecord record = test::record_of(model, 130.0);
   std::vector<double> seen = record.pv;
   for (std::size_t k = 0; k < seen.size(); ++k)
     seen[k] += std::clamp(record.sp[k] - record.pv[k], -0.3, 0.3);

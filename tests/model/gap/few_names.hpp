@@ -11,8 +11,8 @@
 
 namespace loopwarden::test {
 
-inline gap::Result find_among(const std::vector<std::string>& names, const gap::Record& record,
-                              const plant::LoopModel& model) {
+inline gap::Result find_among(const std::vector<std::string>& names,
+                              const numeric::LoopRecord& record, const plant::LoopModel& model) {
   gap::Options options{.search = {.several = false, .without = {}}};
   for (const effects::Descriptor& info : effects::effect_catalogue()) {
     if (std::find(names.begin(), names.end(), info.name) == names.end()) {

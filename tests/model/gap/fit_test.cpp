@@ -17,7 +17,7 @@ namespace {
 
 struct Setup {
   plant::LoopModel model = test::believed_model();
-  gap::Record record;
+  numeric::LoopRecord record;
   gap::FreeRun run;
   gap::Fitter fitter;
   std::vector<gap::Candidate> all;
@@ -175,7 +175,7 @@ TEST_CASE("the corrected model runs as the fit did", "[gap][fit]") {
 
 TEST_CASE("an effect moves PV by 0.15 % of its span and by half the noise at least", "[gap][fit]") {
   const plant::LoopModel model = test::believed_model();
-  const gap::Record record = test::record_of(model, 60.0);
+  const numeric::LoopRecord record = test::record_of(model, 60.0);
   const auto least = [&](double noise) {
     gap::CheckedRecord checked = gap::check(record, model);
     checked.quality.noise_rms = noise;

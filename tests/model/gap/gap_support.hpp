@@ -30,9 +30,9 @@ inline plant::LoopModel believed_model() {
 }
 
 // A simulated run, measured every sample.
-inline gap::Record run_of(const plant::LoopModel& truth, double seconds) {
+inline numeric::LoopRecord run_of(const plant::LoopModel& truth, double seconds) {
   plant::SimulatedLoop loop(truth, 10.0 / 4096.0);
-  gap::Record record{.period_s = truth.sample_time_s, .pv = {}, .sp = {}, .co = {}};
+  numeric::LoopRecord record{.period_s = truth.sample_time_s, .pv = {}, .sp = {}, .co = {}};
   for (double t = 0.0; t < seconds; t += truth.sample_time_s) {
     const plant::LoopSample s = loop.step();
     record.pv.push_back(s.pv);
@@ -43,7 +43,8 @@ inline gap::Record run_of(const plant::LoopModel& truth, double seconds) {
 }
 
 // The same with SP steps and noise.
-inline gap::Record record_of(plant::LoopModel truth, double seconds, std::uint64_t seed = 7) {
+inline numeric::LoopRecord record_of(plant::LoopModel truth, double seconds,
+                                     std::uint64_t seed = 7) {
   truth.transmitter.noise = 0.015;
   truth.scenario.seed = seed;
   truth.scenario.set_point = {{0.0, 3.0},  {10.0, 5.0}, {35.0, 6.5},

@@ -147,7 +147,7 @@ TEST_CASE("without moves of SP the test has no power, and reports this", "[gap][
   const Column load = wandering(7);
   const Independence standing = tested(load, Column(kSamples, 5.0));
   CHECK_FALSE(standing.tested);
-  CHECK(standing.why_not == "SP stands there");
+  CHECK(standing.why_not == "SP is constant there");
   const Independence unknown = tested(load, {});
   CHECK_FALSE(unknown.tested);
   CHECK(unknown.why_not == "SP is not known");

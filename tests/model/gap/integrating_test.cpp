@@ -22,7 +22,7 @@ plant::LoopModel level_loop() {
   return model;
 }
 
-gap::Result gap_of(const plant::LoopModel& model, const gap::Record& record) {
+gap::Result gap_of(const plant::LoopModel& model, const numeric::LoopRecord& record) {
   return gap::find_gap(record, model, {}, test::serial, [](double) {});
 }
 
@@ -81,7 +81,7 @@ TEST_CASE("two lags forget how the record began as slowly as the slower of them"
   model.process.time_constant_s = 0.6;
   model.process.second_time_constant_s = 6.0;
   // Begins in the middle of a move.
-  gap::Record record = test::record_of(model, 135.0);
+  numeric::LoopRecord record = test::record_of(model, 135.0);
   const auto cut = [](std::vector<double>& column) {
     column.erase(column.begin(), column.begin() + 130);
   };

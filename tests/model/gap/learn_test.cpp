@@ -18,7 +18,7 @@ namespace learn_test {
 using namespace loopwarden;
 
 // Searches for no name, so that only a learned law can explain the record.
-gap::Result nameless(const gap::Record& record, bool learns = true) {
+gap::Result nameless(const numeric::LoopRecord& record, bool learns = true) {
   gap::Options options;
   for (const effects::Descriptor& info : effects::effect_catalogue()) {
     if (!learns || std::string_view(info.name) != "learned")
@@ -43,7 +43,7 @@ TEST_CASE("a characteristic is learned as a curve of the flow", "[gap][learn]") 
   CHECK(result.effects[0].confidence < 0.9);
   REQUIRE(result.corrected.valve_effects.size() == 1);
   CHECK(result.corrected.valve_effects[0] == result.effects[0].spec);
-  CHECK(result.sentence.find("No name fits") == 0);
+  CHECK(result.sentence.find("No effect of the catalogue fits") == 0);
 }
 
 TEST_CASE("play is learned as plays, and a slow tail as lags", "[gap][learn]") {
@@ -60,7 +60,7 @@ TEST_CASE("play is learned as plays, and a slow tail as lags", "[gap][learn]") {
 
 TEST_CASE("a disturbance of no form is not learned", "[gap][learn]") {
   const plant::LoopModel truth = test::believed_model();
-  gap::Record record = test::record_of(truth, 200.0);
+  numeric::LoopRecord record = test::record_of(truth, 200.0);
   numeric::Random random(8);
   double level = 0.0;
   for (std::size_t k = 0; k < record.size(); ++k) {

@@ -29,11 +29,11 @@ plant::LoopModel heater() {
 }
 
 // PV of `truth` at rest at CO 0, then with manual CO. The record begins at the first of the steps.
-gap::Record driven_from_cold(const plant::LoopModel& truth, std::size_t samples = 900) {
+numeric::LoopRecord driven_from_cold(const plant::LoopModel& truth, std::size_t samples = 900) {
   plant::Plant plant(truth, 1);
   plant.reset(0.0);
   numeric::Random random(5);
-  gap::Record record{.period_s = truth.sample_time_s, .pv = {}, .sp = {}, .co = {}};
+  numeric::LoopRecord record{.period_s = truth.sample_time_s, .pv = {}, .sp = {}, .co = {}};
   double co = 60.0;
   for (std::size_t k = 0; k < samples; ++k) {
     if (k % 90 == 0) co = 20.0 + 60.0 * random.uniform();
@@ -44,7 +44,8 @@ gap::Record driven_from_cold(const plant::LoopModel& truth, std::size_t samples 
   return record;
 }
 
-gap::Result found(const gap::Record& record, const plant::LoopModel& model, bool several = false) {
+gap::Result found(const numeric::LoopRecord& record, const plant::LoopModel& model,
+                  bool several = false) {
   return gap::find_gap(record, model, {.search = {.several = several}}, test::serial,
                        [](double) {});
 }
@@ -100,7 +101,7 @@ TEST_CASE("A valve that sticks above an unknown base is found as one", "[gap][le
   truth.process.level = 6.0;
   truth.valve_effects = {{"stiction", {{"s", 0.9}, {"j", 0.3}}}};
   const std::vector<double> co = test::exciting_output(900);
-  gap::Record record{.period_s = 0.1, .pv = test::driven(truth, co), .sp = {}, .co = co};
+  numeric::LoopRecord record{.period_s = 0.1, .pv = test::driven(truth, co), .sp = {}, .co = co};
   numeric::Random random(3);
   for (double& pv : record.pv) pv += 0.015 * random.normal();
   const gap::Result result = found(record, model);

@@ -95,7 +95,7 @@ TEST_CASE("a wandering load under noise becomes independent innovations of the n
   CHECK(mean_square(e) == Approx(kNoise * kNoise).epsilon(0.04));
 }
 
-TEST_CASE("samples that are not used are passed over", "[gap][load]") {
+TEST_CASE("samples that are not used are skipped", "[gap][load]") {
   constexpr double kRatio = 0.5;
   constexpr std::size_t kSamples = 12'000;
   std::vector<double> series = wandering(kSamples, kRatio, 1.0, 5);

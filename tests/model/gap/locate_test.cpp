@@ -170,7 +170,7 @@ TEST_CASE("a conspicuous stretch is found in time", "[gap][locate]") {
   std::vector<Located> all = r.located();
   check_shares(all);
   const Located first = located_by(all, LocatedBy::time).front();
-  CHECK(first.what == "a stretch that stands out");
+  CHECK(first.what == "a stretch with a large error");
   CHECK(first.from_s == Approx(25.0).margin(4.2));
   CHECK(first.to_s == Approx(37.5).margin(4.2));
   CHECK(first.share_of_gap > 0.9);

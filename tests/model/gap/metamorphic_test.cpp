@@ -15,7 +15,7 @@ namespace {
 
 constexpr double kRecord_s = 130.0;
 
-gap::Result find(const gap::Record& record, const plant::LoopModel& model) {
+gap::Result find(const numeric::LoopRecord& record, const plant::LoopModel& model) {
   return test::find_among({"stiction", "backlash", "gain_change", "extra_lag", "output_bias",
                            "step_disturbance", "drift", "extra_dead_time"},
                           record, model);
@@ -38,12 +38,12 @@ plant::LoopModel with(const effects::EffectSpec& effect, effects::Block block) {
   return truth;
 }
 
-gap::Record part(const gap::Record& whole, std::size_t from, std::size_t to) {
+numeric::LoopRecord part(const numeric::LoopRecord& whole, std::size_t from, std::size_t to) {
   const auto cut = [&](const std::vector<double>& v) {
     return std::vector<double>(v.begin() + static_cast<std::ptrdiff_t>(from),
                                v.begin() + static_cast<std::ptrdiff_t>(to));
   };
-  gap::Record out = whole;
+  numeric::LoopRecord out = whole;
   out.pv = cut(whole.pv);
   out.sp = cut(whole.sp);
   out.co = cut(whole.co);
@@ -60,9 +60,9 @@ TEST_CASE("a stretch of time and of the model's times gives the same name with s
   slow.process.time_constant_s *= 2.0;
   slow.process.dead_time_s *= 2.0;
   slow.controller.pid.gains.ki /= 2.0;
-  const gap::Record record =
+  const numeric::LoopRecord record =
       test::record_of(with({"extra_lag", {{"time_constant", 1.2}}}, effects::Block::process), 90.0);
-  gap::Record stretched = record;
+  numeric::LoopRecord stretched = record;
   stretched.period_s *= 2.0;
   const gap::Result one = find(record, model);
   const gap::Result two = find(stretched, slow);
@@ -76,7 +76,7 @@ TEST_CASE("a stretch of time and of the model's times gives the same name with s
 TEST_CASE("a record that begins later gives the same name, its moments shifted",
           "[gap][metamorphic]") {
   const plant::LoopModel model = test::believed_model();
-  const gap::Record record = test::record_of(
+  const numeric::LoopRecord record = test::record_of(
       with({"step_disturbance", {{"size", 0.6}, {"time", 50.0}}}, effects::Block::disturbance),
       kRecord_s);
   const gap::Result whole = find(record, model);
@@ -93,9 +93,11 @@ TEST_CASE("half of a record never gives a permanent effect another name", "[gap]
   const effects::EffectSpec effect =
       GENERATE(effects::EffectSpec{"backlash", {{"deadband", 0.8}}},
                effects::EffectSpec{"stiction", {{"s", 0.9}, {"j", 0.4}}});
-  const gap::Record record = test::record_of(with(effect, effects::Block::valve), kRecord_s);
+  const numeric::LoopRecord record =
+      test::record_of(with(effect, effects::Block::valve), kRecord_s);
   const std::size_t middle = record.size() / 2;
-  for (const gap::Record& half : {part(record, 0, middle), part(record, middle, record.size())}) {
+  for (const numeric::LoopRecord& half :
+       {part(record, 0, middle), part(record, middle, record.size())}) {
     const gap::Result result = find(half, model);
     INFO(effect.name << ": " << result.sentence);
     const bool same = name_of(result) == effect.name;

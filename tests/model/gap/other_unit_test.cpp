@@ -14,7 +14,7 @@ using gap::SignalUnit;
 const SignalUnit kSame{"", 0.0, 10.0};  // both ranges of the model
 
 // Returns the record as a logger in these units would have written it.
-gap::Record written(gap::Record r, const SignalUnit& pv, const SignalUnit& co) {
+numeric::LoopRecord written(numeric::LoopRecord r, const SignalUnit& pv, const SignalUnit& co) {
   const auto convert = [](std::vector<double>& column, const SignalUnit& to) {
     for (double& v : column) v = to.low + v * (to.high - to.low) / 10.0;
   };
@@ -35,7 +35,7 @@ plant::LoopModel sticky_model() {
 TEST_CASE("a record in another unit is reported, also if the valve sticks", "[gap]") {
   const plant::LoopModel model = test::believed_model();
   for (const plant::LoopModel& truth : {model, sticky_model()}) {
-    const gap::Record record = test::record_of(truth, 130.0);
+    const numeric::LoopRecord record = test::record_of(truth, 130.0);
     CHECK_FALSE(gap::other_unit(record, model));
     for (const SignalUnit& unit :
          {SignalUnit{"% of the PV range", 0.0, 100.0}, SignalUnit{"thousandths", 0.0, 1e4},
@@ -77,7 +77,7 @@ TEST_CASE("a gain or settings that changed by a round factor are no unit", "[gap
 
 TEST_CASE("without a set point, a unit needs a value out of the range as evidence", "[gap]") {
   const plant::LoopModel model = test::believed_model();
-  gap::Record record = test::record_of(model, 130.0);
+  numeric::LoopRecord record = test::record_of(model, 130.0);
   record.sp.clear();
   CHECK_FALSE(gap::other_unit(record, model));
   const auto found = gap::other_unit(written(record, {"", 0.0, 100.0}, kSame), model);
@@ -85,7 +85,7 @@ TEST_CASE("without a set point, a unit needs a value out of the range as evidenc
   CHECK(found->pv.high == Approx(100.0));
   plant::LoopModel weaker = model;
   weaker.process.gain /= 2.0;
-  gap::Record low = test::record_of(weaker, 130.0);
+  numeric::LoopRecord low = test::record_of(weaker, 130.0);
   low.sp.clear();
   CHECK_FALSE(gap::other_unit(low, model));
   record.co.clear();
@@ -94,10 +94,10 @@ TEST_CASE("without a set point, a unit needs a value out of the range as evidenc
 
 TEST_CASE("a conversion is reversible", "[gap]") {
   const plant::LoopModel model = test::believed_model();
-  const gap::Record record = test::record_of(model, 20.0);
+  const numeric::LoopRecord record = test::record_of(model, 20.0);
   const SignalUnit kelvin{"", 273.15, 283.15};
   const SignalUnit current{"", 4.0, 20.0};
-  const gap::Record back =
+  const numeric::LoopRecord back =
       gap::in_models_units(written(record, kelvin, current), model, kelvin, current);
   for (std::size_t k = 0; k < record.size(); ++k) {
     CHECK(back.pv[k] == Approx(record.pv[k]));

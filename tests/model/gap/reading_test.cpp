@@ -108,7 +108,7 @@ TEST_CASE("one frozen stretch and a quiet record have no end", "[gap][reading]")
   CHECK_FALSE(examine_reading(quiet).high);
 }
 
-TEST_CASE("missing samples and empty records are passed over", "[gap][reading]") {
+TEST_CASE("missing samples and empty records are skipped", "[gap][reading]") {
   std::vector<double> pv = held(noisy(2000), 14.0, 0.0);
   for (std::size_t k = 300; k < 340; ++k) pv[k] = std::numeric_limits<double>::quiet_NaN();
   CHECK(examine_reading(pv).held);

@@ -35,7 +35,7 @@ TEST_CASE("a sound record is accepted without remarks", "[gap][record]") {
 
 TEST_CASE("implausible records are refused, with the reason", "[gap][record]") {
   const plant::LoopModel model = test::believed_model();
-  gap::Record record = test::record_of(model, 60.0);
+  numeric::LoopRecord record = test::record_of(model, 60.0);
   std::string reason;
   SECTION("short") {
     record.pv.resize(150);
@@ -84,11 +84,11 @@ TEST_CASE("implausible records are refused, with the reason", "[gap][record]") {
 
 TEST_CASE("values that no transmitter can have sent count as missing", "[gap][record]") {
   const plant::LoopModel model = test::believed_model();
-  gap::Record record = test::record_of(model, 60.0);
+  numeric::LoopRecord record = test::record_of(model, 60.0);
   record.pv[10] = 1e300;
   record.pv[20] = -11.0;
   record.pv[30] = 19.0;  // a span above the range is still accepted
-  const gap::Record taken = gap::believed(record, model);
+  const numeric::LoopRecord taken = gap::believed(record, model);
   CHECK(std::isnan(taken.pv[10]));
   CHECK(std::isnan(taken.pv[20]));
   CHECK(taken.pv[30] == 19.0);
@@ -97,7 +97,7 @@ TEST_CASE("values that no transmitter can have sent count as missing", "[gap][re
 
 TEST_CASE("two hundred samples are enough, and five moves of PV", "[gap][record]") {
   const plant::LoopModel model = test::believed_model();
-  gap::Record record = test::record_of(model, 21.0);
+  numeric::LoopRecord record = test::record_of(model, 21.0);
   CHECK(gap::check_record(record, model).usable);
   for (std::size_t k = 0; k < record.size(); ++k) {
     record.pv[k] = 4.0 + 0.1 * static_cast<double>(k * 7 / record.size());  // six moves
@@ -108,7 +108,7 @@ TEST_CASE("two hundred samples are enough, and five moves of PV", "[gap][record]
 TEST_CASE("CO that moves by less than a percent of its span is remarked on", "[gap][record]") {
   const plant::LoopModel model = test::believed_model();
   const auto remarked = [&](double span) {
-    gap::Record record = test::record_of(model, 60.0);
+    numeric::LoopRecord record = test::record_of(model, 60.0);
     const auto [low, high] = std::minmax_element(record.co.begin(), record.co.end());
     const double middle = (*low + *high) / 2.0;
     const double by = span / (*high - *low);
@@ -121,7 +121,7 @@ TEST_CASE("CO that moves by less than a percent of its span is remarked on", "[g
 
 TEST_CASE("faults that don't prevent the work are stated", "[gap][record]") {
   const plant::LoopModel model = test::believed_model();
-  gap::Record record = test::record_of(model, 60.0);
+  numeric::LoopRecord record = test::record_of(model, 60.0);
   SECTION("some PV missing") {
     record.pv[50] = kMissing;
     const gap::RecordCheck check = gap::check_record(record, model);
@@ -201,7 +201,7 @@ TEST_CASE("noise is seen between values that are constant here and there", "[gap
 TEST_CASE("a PV that is constant only because of its storage is no fault of the record",
           "[gap][record]") {
   const plant::LoopModel model = test::believed_model();
-  gap::Record record = test::record_of(model, 130.0);
+  numeric::LoopRecord record = test::record_of(model, 130.0);
   for (std::size_t k = 0; k < record.size(); ++k) {
     if (k % 4 != 0) record.pv[k] = gap::kNone;
   }

@@ -9,8 +9,8 @@
 namespace loopwarden::tests::sample_time_test {
 namespace {
 
-gap::Record every_other(const gap::Record& record) {
-  gap::Record out{.period_s = 2.0 * record.period_s, .pv = {}, .sp = {}, .co = {}};
+numeric::LoopRecord every_other(const numeric::LoopRecord& record) {
+  numeric::LoopRecord out{.period_s = 2.0 * record.period_s, .pv = {}, .sp = {}, .co = {}};
   for (std::size_t k = 0; k < record.size(); k += 2) {
     out.pv.push_back(record.pv[k]);
     out.sp.push_back(record.sp[k]);
@@ -31,7 +31,8 @@ gap::Result find(const gap::OnePeriod& one, const plant::LoopModel& model, doubl
 
 TEST_CASE("a slower record keeps its samples, a faster one gives every n-th", "[gap]") {
   plant::LoopModel model = test::believed_model();
-  const gap::Record slow{.period_s = 0.3, .pv = {1, 2, 3}, .sp = {4, 5, 6}, .co = {0, 3, 3}};
+  const numeric::LoopRecord slow{
+      .period_s = 0.3, .pv = {1, 2, 3}, .sp = {4, 5, 6}, .co = {0, 3, 3}};
   CHECK(gap::on_one_period(slow, model, false)->record.co == slow.co);
   const auto slower = gap::on_one_period(slow, model, true);
   REQUIRE(slower);
@@ -41,7 +42,7 @@ TEST_CASE("a slower record keeps its samples, a faster one gives every n-th", "[
   CHECK(slower->record.co[1] == 3.0);
   CHECK(slower->record.co[2] == 3.0);
 
-  const gap::Record fast{
+  const numeric::LoopRecord fast{
       .period_s = 0.05, .pv = {1, 2, 3, 4, 5}, .sp = {1, 1, 2, 2, 3}, .co = {0, 2, 4, 6, 8}};
   const auto faster = gap::on_one_period(fast, model, false);
   REQUIRE(faster);
@@ -50,9 +51,9 @@ TEST_CASE("a slower record keeps its samples, a faster one gives every n-th", "[
   CHECK(faster->record.co == std::vector<double>{1, 5, 8});
 
   CHECK_FALSE(gap::on_one_period({.period_s = 0.1, .pv = {}, .sp = {}, .co = {}}, model, false));
-  const gap::Record uneven{.period_s = 0.25, .pv = {1, 2}, .sp = {}, .co = {3, 4}};
+  const numeric::LoopRecord uneven{.period_s = 0.25, .pv = {1, 2}, .sp = {}, .co = {3, 4}};
   CHECK_FALSE(gap::on_one_period(uneven, model, false));
-  gap::Record stored = uneven;
+  numeric::LoopRecord stored = uneven;
   stored.pv_as_stored = true;
   const auto every = gap::on_one_period(stored, model, false);
   REQUIRE(every);

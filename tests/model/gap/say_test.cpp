@@ -48,8 +48,8 @@ TEST_CASE("a named controller with an unexplained plant reports both", "[gap][sa
                                         .best = {},
                                         .plant_unexplained = true});
   CHECK(text ==
-        "The model lacks controller_mismatch (ki 0.18, kp 1.9), as CO shows. Between CO and PV "
-        "they disagree by 1.33 rms, and no effect that is known here explains that.");
+        "The model lacks controller_mismatch (ki 0.18, kp 1.9), as CO shows. From CO to PV, model "
+        "and record differ by 1.33 rms. No effect of the catalogue explains this.");
 }
 
 TEST_CASE("a partial answer reports how much it explains, and what the remaining error looks like",
@@ -57,15 +57,16 @@ TEST_CASE("a partial answer reports how much it explains, and what the remaining
   const std::string sentence =
       said(Outcome::missing_effect, Remainder{0.28, 0.04, LooksLike::disturbance});
   CHECK_THAT(sentence, Contains("gain_change (factor 1.36)"));
-  CHECK_THAT(sentence, Contains("It explains 96 % of the gap; the rest looks like a disturbance."));
+  CHECK_THAT(sentence,
+             Contains("(96 % of the gap). The remaining error looks like a disturbance."));
   CHECK_THAT(said(Outcome::missing_effect, Remainder{0.28, 0.03, LooksLike::disturbance}),
-             Contains("It explains 97 % of the gap"));
+             Contains("(97 % of the gap)"));
   // An error of a percent is not worth a sentence, and an error that can't be measured has no
   // sentence.
   CHECK_THAT(said(Outcome::missing_effect, Remainder{0.28, 0.019, LooksLike::valve}),
-             !Contains("explains"));
+             !Contains("% of the gap"));
   CHECK_THAT(said(Outcome::missing_effect, Remainder{0.28, kNone, LooksLike::valve}),
-             !Contains("explains"));
+             !Contains("% of the gap"));
 }
 
 TEST_CASE("an unexplained gap names the best attempt, and what the error looks like",
@@ -73,7 +74,7 @@ TEST_CASE("an unexplained gap names the best attempt, and what the error looks l
   const std::string sentence = said(Outcome::unexplained, Remainder{1.4, 1.0, LooksLike::valve},
                                     {"stiction", "drift"}, 0.42);
   CHECK_THAT(sentence, Contains("stiction and drift, closes only 42 %"));
-  CHECK_THAT(sentence, Contains("It looks like the valve."));
+  CHECK_THAT(sentence, Contains("The error looks like the valve."));
   CHECK_THAT(
       said(Outcome::unexplained, Remainder{1.4, 1.0, LooksLike::nothing_known}, {"drift"}, -0.5),
       !Contains("drift") && !Contains("looks like"));

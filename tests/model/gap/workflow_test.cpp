@@ -16,11 +16,11 @@ using namespace loopwarden;
 
 namespace {
 
-gap::Result find_one(const gap::Record& record, const plant::LoopModel& model) {
+gap::Result find_one(const numeric::LoopRecord& record, const plant::LoopModel& model) {
   return gap::find_gap(record, model, {.search = {.several = false}}, test::serial, [](double) {});
 }
 
-gap::Result find(const gap::Record& record, const plant::LoopModel& model,
+gap::Result find(const numeric::LoopRecord& record, const plant::LoopModel& model,
                  const gap::ParallelFor& parallel = test::serial) {
   return gap::find_gap(record, model, {}, parallel, [](double) {});
 }
@@ -39,7 +39,7 @@ TEST_CASE("a right model is kept and no effect is named", "[gap][long]") {
 TEST_CASE("a changed gain is named, located and added", "[gap][long]") {
   plant::LoopModel truth = test::believed_model();
   truth.process.gain *= 0.8;
-  const gap::Record record = test::record_of(truth, 90.0);
+  const numeric::LoopRecord record = test::record_of(truth, 90.0);
   const plant::LoopModel model = test::believed_model();
   const gap::Result result = find(record, model);
   REQUIRE(result.outcome == gap::Outcome::missing_effect);
@@ -87,7 +87,7 @@ TEST_CASE("a clipped reading is named, flat or with noise beyond the limit", "[g
   const plant::LoopModel model = test::believed_model();
   plant::LoopModel truth = model;
   truth.transmitter_effects = {{"clipped_measurement", {{"high", 5.8}}}};
-  gap::Record record = test::record_of(truth, 130.0);
+  numeric::LoopRecord record = test::record_of(truth, 130.0);
   const bool noise_behind = GENERATE(false, true);
   if (noise_behind) {
     numeric::Random random(3);
@@ -118,7 +118,7 @@ TEST_CASE("the end of the transmitter's own range is no fault", "[gap][long]") {
 TEST_CASE("the result does not depend on the number of threads", "[gap][long]") {
   plant::LoopModel truth = test::believed_model();
   truth.valve_effects = {{"backlash", {{"deadband", 0.8}}}};
-  const gap::Record record = test::record_of(truth, 90.0);
+  const numeric::LoopRecord record = test::record_of(truth, 90.0);
   const gap::Options one_effect{.search = {.several = false}};
   const auto found = [&](const gap::ParallelFor& parallel) {
     return gap::find_gap(record, test::believed_model(), one_effect, parallel, [](double) {});
@@ -155,10 +155,10 @@ TEST_CASE("other units of PV and CO give the same names, powers of two the same 
   } else {
     truth.process.gain *= 0.8;
   }
-  const gap::Record record = test::record_of(truth, 90.0);
+  const numeric::LoopRecord record = test::record_of(truth, 90.0);
   const auto found = [&](double pv_unit, double co_unit) {
     plant::LoopModel model = test::believed_model();
-    gap::Record scaled = record;
+    numeric::LoopRecord scaled = record;
     for (double& v : scaled.pv) v *= pv_unit;
     for (double& v : scaled.sp) v *= pv_unit;
     for (double& v : scaled.co) v *= co_unit;
@@ -191,7 +191,7 @@ TEST_CASE("other units of PV and CO give the same names, powers of two the same 
 
 TEST_CASE("without CO the closed loop is compared", "[gap][long]") {
   const plant::LoopModel model = test::believed_model();
-  gap::Record record = test::record_of(model, 60.0);
+  numeric::LoopRecord record = test::record_of(model, 60.0);
   record.co.clear();
   const gap::Result result = find(record, model);
   CHECK(result.closed_loop);
@@ -204,7 +204,7 @@ TEST_CASE("without CO a changed gain is found from the movement of PV", "[gap][l
   const plant::LoopModel model = test::believed_model();
   plant::LoopModel truth = model;
   truth.process.gain *= 0.75;
-  gap::Record record = test::record_of(truth, 130.0);
+  numeric::LoopRecord record = test::record_of(truth, 130.0);
   record.co.clear();
   const gap::Result result = find(record, model);
   REQUIRE(result.effects.size() == 1);
@@ -215,7 +215,7 @@ TEST_CASE("without CO a changed gain is found from the movement of PV", "[gap][l
 
 TEST_CASE("a refused record has a reason and no verdict", "[gap][long]") {
   const plant::LoopModel model = test::believed_model();
-  gap::Record record = test::record_of(model, 10.0);
+  numeric::LoopRecord record = test::record_of(model, 10.0);
   const gap::Result result = find(record, model);
   CHECK_FALSE(result.check.usable);
   CHECK(result.effects.empty());
@@ -225,7 +225,7 @@ TEST_CASE("a model whose valve sticks starts from the position of the record's v
           "[gap][long]") {
   plant::LoopModel model = test::believed_model();
   model.valve_effects = {{"stiction", {{"s", 1.5}, {"j", 0.5}}}};
-  gap::Record record = test::record_of(model, 120.0);
+  numeric::LoopRecord record = test::record_of(model, 120.0);
   // Cut at a moment when the stem rests apart from CO.
   const auto cut = [&](std::vector<double>& column) {
     column.erase(column.begin(), column.begin() + 300);
@@ -245,7 +245,8 @@ TEST_CASE("a constant CO accuses neither valve nor process", "[gap][long]") {
   const plant::LoopModel model = test::believed_model();
   plant::LoopModel truth = model;
   truth.transmitter_effects = {{"output_bias", {{"bias", 0.8}}}};
-  gap::Record record{.period_s = 0.1, .pv = {}, .sp = {}, .co = std::vector<double>(900, 4.0)};
+  numeric::LoopRecord record{
+      .period_s = 0.1, .pv = {}, .sp = {}, .co = std::vector<double>(900, 4.0)};
   numeric::Random random(3);
   for (const double v : test::driven(truth, record.co)) {
     record.pv.push_back(v + 0.02 * random.normal());
@@ -274,7 +275,7 @@ TEST_CASE("a process as fast as its sampling is compared like any other", "[gap]
 TEST_CASE("each step of the workflow can be left out", "[gap][long]") {
   plant::LoopModel truth = test::believed_model();
   truth.valve_effects = {{"stiction", {{"s", 0.9}, {"j", 0.3}}}};
-  const gap::Record record = test::record_of(truth, 90.0);
+  const numeric::LoopRecord record = test::record_of(truth, 90.0);
   gap::Options options{.search = {.several = false}};
   const bool allowances = GENERATE(true, false);
   options.search.allowances = allowances;
@@ -288,7 +289,7 @@ TEST_CASE("each step of the workflow can be left out", "[gap][long]") {
 namespace {
 
 // A loop under a load of 0.1 % of span per root second. Its SP moves every 20 s for `moved_s`.
-gap::Record under_load(plant::LoopModel truth, double seconds, double moved_s) {
+numeric::LoopRecord under_load(plant::LoopModel truth, double seconds, double moved_s) {
   truth.transmitter.noise = 0.015;
   truth.disturbances.push_back({"random_load", {{"intensity", 0.01}, {"time_constant", 300.0}}});
   truth.scenario.seed = 21;
@@ -319,11 +320,11 @@ TEST_CASE("if SP is constant a load is not tested, and no name is sure", "[gap][
   const gap::Result stood = find_one(under_load(truth, 150.0, 90.0), test::believed_model());
   CHECK_FALSE(stood.floor.load_tested);
   CHECK(stood.floor.load_rmse == 0.0);
-  CHECK(stood.floor.why_not_tested == "SP stands there");
+  CHECK(stood.floor.why_not_tested == "SP is constant there");
   REQUIRE(stood.effects.size() == 1);
   for (const gap::FoundEffect& effect : stood.effects) {
     CHECK(effect.confidence <= 0.8);
-    CHECK(effect.evidence.find("can't be tested: SP stands there") != std::string::npos);
+    CHECK(effect.evidence.find("can't be tested: SP is constant there") != std::string::npos);
   }
   // If the model states a load, the load is known.
   plant::LoopModel stated = test::believed_model();
@@ -339,7 +340,7 @@ TEST_CASE("a richer effect is not named in place of a simpler one outside the ca
   const plant::LoopModel model = truth;
   SECTION("play without a slip jump is no stiction") {
     truth.valve_effects = {{"backlash", {{"deadband", 0.8}}}};
-    const gap::Record record = test::record_of(truth, 130.0);
+    const numeric::LoopRecord record = test::record_of(truth, 130.0);
     CHECK(test::find_among({"stiction", "extra_lag"}, record, model).effects.empty());
     const gap::Result known = test::find_among({"stiction", "backlash"}, record, model);
     REQUIRE(known.effects.size() == 1);

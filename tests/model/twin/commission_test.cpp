@@ -21,9 +21,7 @@ using namespace loopwarden;
 using twin::Outcome;
 
 twin::Request request_of(const plant::LoopModel& truth) {
-  return {.records = {{.columns = test::record_of(truth, 260.0)}},
-          .model = std::nullopt,
-          .accept_short = true};
+  return {.records = {test::record_of(truth, 260.0)}, .model = std::nullopt, .accept_short = true};
 }
 
 twin::Commissioning commissioned(const twin::Request& request) {
@@ -102,11 +100,11 @@ TEST_CASE("records that can't make a twin report why, and the search does not st
   twin::Request request = request_of(test::believed_model());
   request.accept_short = false;
   CHECK(commissioned(request).outcome == Outcome::not_enough_movement);
-  request.records[0].columns.co.clear();
+  request.records[0].co.clear();
   CHECK(commissioned(request).outcome == Outcome::not_usable);
   request = request_of(test::believed_model());
-  const std::size_t samples = request.records[0].columns.size();
-  request.records[0].columns.sp.assign(samples, 4.0);
+  const std::size_t samples = request.records[0].size();
+  request.records[0].sp.assign(samples, 4.0);
   CHECK(commissioned(request).outcome == Outcome::not_enough_movement);
   request = request_of(test::believed_model());
   request.records[0].automatic.assign(samples, 0.0);
@@ -128,12 +126,12 @@ plant::LoopModel twin_model() {
 }
 
 // The healthy loop, and after `fault` seconds the other one.
-gap::Record changed_at(const plant::ScheduledFault& fault, double seconds,
-                       double gain_factor = 1.0) {
+numeric::LoopRecord changed_at(const plant::ScheduledFault& fault, double seconds,
+                               double gain_factor = 1.0) {
   plant::LoopModel truth = test::believed_model();
   truth.process.gain *= gain_factor;
   truth.scenario.faults = {fault};
-  gap::Record record{.period_s = 0.1, .pv = {}, .sp = {}, .co = {}};
+  numeric::LoopRecord record{.period_s = 0.1, .pv = {}, .sp = {}, .co = {}};
   truth.transmitter.noise = 0.015;
   truth.scenario.set_point = {{0.0, 4.0}};
   for (double t = 20.0; t < seconds; t += 40.0) {
@@ -150,11 +148,11 @@ gap::Record changed_at(const plant::ScheduledFault& fault, double seconds,
 }
 
 // s, when the condition is raised; 0: never.
-double comes_on_s(const gap::Record& record) {
+double comes_on_s(const numeric::LoopRecord& record) {
   watch::TwinWatch watch(twin_model());
   for (std::size_t k = 0; k < record.size(); ++k) {
     watch.add(record.pv[k], record.co[k]);
-    if (watch.on()) return record.time_s(k);
+    if (watch.on()) return record.seconds_at(k);
   }
   return 0.0;
 }
@@ -177,7 +175,7 @@ TEST_CASE(
 
 TEST_CASE("neither an outlier nor a missing PV is a gap, and a gap in CO restarts the watch",
           "[commission][twin]") {
-  gap::Record record = changed_at(gain_change(1.0), 300.0);
+  numeric::LoopRecord record = changed_at(gain_change(1.0), 300.0);
   record.pv[1500] = 9.0;
   for (std::size_t k = 2000; k < 2100; ++k) record.pv[k] = std::nan("");
   CHECK(comes_on_s(record) == 0.0);
@@ -194,7 +192,7 @@ TEST_CASE("neither an outlier nor a missing PV is a gap, and a gap in CO restart
 
 TEST_CASE("a condition raised before a restart clears if the loop is as commissioned",
           "[commission][twin]") {
-  const gap::Record record = changed_at(gain_change(1.0), 1100.0);
+  const numeric::LoopRecord record = changed_at(gain_change(1.0), 1100.0);
   watch::TwinWatch watch(twin_model());
   watch.restore(true);
   watch.add(record.pv[0], record.co[0]);
@@ -206,12 +204,12 @@ TEST_CASE("a condition raised before a restart clears if the loop is as commissi
 TEST_CASE(
     "an explanation examines the data after the change, names it, and gives the alarm its name",
     "[commission][explain][long]") {
-  const gap::Record record = changed_at(gain_change(1.4), 900.0);
+  const numeric::LoopRecord record = changed_at(gain_change(1.4), 900.0);
   const auto alarm = static_cast<std::size_t>(450.0 / 0.1);
   const twin::TellingStretch telling = twin::telling_stretch(record, twin_model(), alarm, {});
   const gap::SampleRange stretch = telling.range;
   CHECK(telling.likeliest >= stretch.begin);
-  CHECK(record.time_s(stretch.begin) == Approx(300.0).margin(45.0));
+  CHECK(record.seconds_at(stretch.begin) == Approx(300.0).margin(45.0));
   CHECK(stretch.end > alarm);
   const twin::Explanation e = twin::explain(record, twin_model(), alarm, {}, test::serial);
   REQUIRE(e.usable());
@@ -246,7 +244,7 @@ TEST_CASE("a change of the controller is not named in a loop that the daemon con
           "[commission][explain][long]") {
   plant::LoopModel other = test::believed_model();
   other.controller.pid.gains.kp *= 2.0;
-  const gap::Record record = test::record_of(other, 240.0);
+  const numeric::LoopRecord record = test::record_of(other, 240.0);
   const auto controller_named = [&](bool judged) {
     const twin::Explanation e = twin::explain(record, test::believed_model(), record.size() - 1,
                                               {.judge_controller = judged}, test::serial);
@@ -327,7 +325,7 @@ TEST_CASE("a table's points move to the range of the loop, and the curve is fitt
     return spec;
   };
   truth.valve_effects = {table(0.0, 15)};
-  const gap::Record record = test::record_of(truth, 400.0);
+  const numeric::LoopRecord record = test::record_of(truth, 400.0);
   plant::LoopModel start = truth;
   start.valve_effects = {table(0.02, 6)};
   const twin::Polished made = twin::polish(start, record, 0.0);
@@ -344,7 +342,7 @@ TEST_CASE("a table's points move to the range of the loop, and the curve is fitt
 
 TEST_CASE("outside the range of the healthy record, the twin's watch does not judge",
           "[commission][twin]") {
-  const gap::Record changed = changed_at(gain_change(1.4), 600.0);
+  const numeric::LoopRecord changed = changed_at(gain_change(1.4), 600.0);
   plant::LoopModel twin = twin_model();
   const auto on = [&] {
     watch::TwinWatch watch(twin);
@@ -361,7 +359,7 @@ TEST_CASE("outside the range of the healthy record, the twin's watch does not ju
 
 TEST_CASE("a watch that begins in the middle of a move takes it for no change",
           "[commission][twin]") {
-  const gap::Record record = changed_at(gain_change(1.0), 600.0);
+  const numeric::LoopRecord record = changed_at(gain_change(1.0), 600.0);
   const plant::LoopModel twin = twin_model();
   for (std::size_t begin = 190; begin < 260; begin += 10) {  // SP moves at 20 s
     watch::TwinWatch watch(twin);
@@ -376,7 +374,7 @@ TEST_CASE("a watch that begins in the middle of a move takes it for no change",
 }
 
 TEST_CASE("a few missing cycles don't restart the watch", "[commission][twin]") {
-  const gap::Record record = changed_at(gain_change(1.4), 600.0);
+  const numeric::LoopRecord record = changed_at(gain_change(1.4), 600.0);
   const plant::LoopModel twin = twin_model();
   watch::LoopMonitor watched({.sample_time_s = 0.1, .pv_high = 10.0, .co_high = 10.0}, {}, nullptr,
                              &twin);
@@ -389,7 +387,7 @@ TEST_CASE("a few missing cycles don't restart the watch", "[commission][twin]") 
                                                  .co = record.co[k],
                                                  .automatic = true,
                                                  .pv_good = true});
-    if (step.twin && at_s == 0.0) at_s = record.time_s(k);
+    if (step.twin && at_s == 0.0) at_s = record.seconds_at(k);
   }
   CHECK(at_s > 300.0);
   CHECK(at_s < 450.0);

@@ -37,7 +37,7 @@ double set_point_at(double time_s) {
 }
 
 // The valve sticks from `sticks_s` on. The stem begins at `stem`, CO units; CO begins at 48.
-gap::Record run(double seconds, double stem, double sticks_s, std::uint64_t seed) {
+numeric::LoopRecord run(double seconds, double stem, double sticks_s, std::uint64_t seed) {
   constexpr double co = 48.0;
   plant::LoopModel m = healthy_loop();
   m.scenario.faults = {{.effect = {.name = "stiction", .parameters = {{"s", 4.2}, {"j", 1.8}}},
@@ -48,7 +48,7 @@ gap::Record run(double seconds, double stem, double sticks_s, std::uint64_t seed
   control::LoopController controller(m.controller, kPeriod_s, 12.0, co);
   controller.assume_output(co);
   controller.request_mode(control::Mode::automatic);
-  gap::Record record{.period_s = kPeriod_s, .pv = {}, .sp = {}, .co = {}};
+  numeric::LoopRecord record{.period_s = kPeriod_s, .pv = {}, .sp = {}, .co = {}};
   for (double t = 0.0; t < seconds; t += kPeriod_s) {
     controller.request_set_point(set_point_at(t));
     const double pv = plant.process_variable();
@@ -68,13 +68,13 @@ TEST_CASE("minutes that begin at PV 0 are explained by the events after that",
   constexpr std::uint64_t seed = 3;
   plant::LoopModel believed = healthy_loop();
   believed.disturbances.clear();
-  const twin::Commissioning made = twin::commission(
-      {.records = {{.columns = run(1300.0, 48.0, 1e9, seed + 20)}}, .model = believed},
-      test::serial, [](double) {});
+  const twin::Commissioning made =
+      twin::commission({.records = {run(1300.0, 48.0, 1e9, seed + 20)}, .model = believed},
+                       test::serial, [](double) {});
   INFO(made.why);
   REQUIRE(made.outcome == twin::Outcome::commissioned);
 
-  const gap::Record record = run(760.0, 0.0, 60.0, seed);
+  const numeric::LoopRecord record = run(760.0, 0.0, 60.0, seed);
   watch::TwinWatch watch(made.twin);
   std::size_t alarm = 0;
   while (alarm + 1 < record.size() && !watch.on()) {

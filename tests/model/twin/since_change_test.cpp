@@ -28,7 +28,7 @@ twin::SinceChange named(const std::vector<std::pair<effects::EffectSpec, Block>>
   for (const auto& [spec, block] : faults) {
     truth.scenario.faults.push_back({spec, block, {.from_s = kAt_s}});
   }
-  const gap::Record record = test::run_of(truth, 900.0);
+  const numeric::LoopRecord record = test::run_of(truth, 900.0);
   const auto sample = [&](double t) { return static_cast<std::size_t>(t / record.period_s); };
   return twin::since_change(record, {sample(earliest_s), sample(likeliest_s)}, twin, test::serial);
 }
@@ -41,8 +41,9 @@ TEST_CASE("a change since a moment is named with its size, the simplest first",
   CHECK(gain.effects[0].spec.parameters.at("factor") == Approx(1.3).margin(0.02));
   CHECK(gain.effects[0].block == Block::process);
   CHECK(gain.closed > 0.9);
-  CHECK_THAT(gain.effects[0].evidence,
-             Catch::Contains("on the last third of the stretch: its numbers are fitted to what"));
+  CHECK_THAT(
+      gain.effects[0].evidence,
+      Catch::Contains("on the last third of the data. Its parameters are fitted to the data"));
 
   const auto step = named({{{"output_bias", {{"bias", 0.6}}}, Block::transmitter}});
   REQUIRE(step.effects.size() == 1);
@@ -50,7 +51,8 @@ TEST_CASE("a change since a moment is named with its size, the simplest first",
   CHECK(step.effects[0].spec.parameters.at("size") == Approx(0.6).margin(0.05));
   CHECK(step.effects[0].alternatives == std::vector<std::string>{"output_bias"});
   // By the last third the load's filter has absorbed it.
-  CHECK_THAT(step.effects[0].evidence, Catch::Contains("most of which its numbers are fitted to"));
+  CHECK_THAT(step.effects[0].evidence,
+             Catch::Contains("most of which its parameters are fitted to"));
 }
 
 TEST_CASE("a fault of the valve is not attributed to the process", "[commission][since]") {
@@ -93,7 +95,7 @@ TEST_CASE("a stick is found however long the valve cycles on a constant set poin
     truth.scenario.set_point = {{0.0, 4.0}, {20.0, 5.0}, {kAt_s + 60.0, 6.0}};
     truth.scenario.faults.push_back(
         {{"stiction", {{"s", s}, {"j", j}}}, Block::valve, {.from_s = kAt_s}});
-    const gap::Record record = test::run_of(truth, 1500.0);
+    const numeric::LoopRecord record = test::run_of(truth, 1500.0);
     const auto change = static_cast<std::size_t>(kAt_s / record.period_s);
     const auto found = twin::since_change(record, {change, change}, twin, test::serial);
     CAPTURE(s, j);

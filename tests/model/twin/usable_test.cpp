@@ -12,12 +12,12 @@ namespace usable_test {
 
 using namespace loopwarden;
 
-gap::Record noisy(double seconds = 1300.0) {
+numeric::LoopRecord noisy(double seconds = 1300.0) {
   return test::record_of(test::believed_model(), seconds);
 }
 
 TEST_CASE("a raw record passes every gate", "[commission]") {
-  const gap::Record record = noisy();
+  const numeric::LoopRecord record = noisy();
   CHECK(twin::why_compressed(record).empty());
   CHECK(twin::why_clamped(record, {0.0, 10.0, 0.0, 10.0}).empty());
   CHECK(twin::why_still(record, {0.0, 10.0, 0.0, 10.0}).empty());
@@ -26,29 +26,29 @@ TEST_CASE("a raw record passes every gate", "[commission]") {
 
 TEST_CASE("a swinging door and an exception band are compression, rounding is not",
           "[commission]") {
-  gap::Record lines = noisy();
-  gap::Record holds = noisy();
-  gap::Record rounded = noisy();
-  gap::Record slow = noisy();
+  numeric::LoopRecord lines = noisy();
+  numeric::LoopRecord holds = noisy();
+  numeric::LoopRecord rounded = noisy();
+  numeric::LoopRecord slow = noisy();
   const std::vector<double>& raw = rounded.pv;
   lines.pv = tests::lines_between(raw, tests::by_swinging_door(raw, 0.06));
   holds.pv = tests::held_between(raw, tests::by_exception(raw, 0.08));
   for (std::size_t k = 0; k < raw.size(); ++k) slow.pv[k] = raw[k - k % 20];
   CHECK(twin::why_compressed(lines).find("straight lines") != std::string::npos);
   CHECK(twin::why_compressed(holds).find("the last value is held") != std::string::npos);
-  CHECK(twin::why_compressed(slow).find("repeat the one before") != std::string::npos);
+  CHECK(twin::why_compressed(slow).find("repeat the previous one") != std::string::npos);
   for (double& v : rounded.pv) v = std::round(v / 0.2) * 0.2;
   CHECK(twin::why_compressed(rounded).empty());
   // An archive that kept most of the samples is usable.
-  const gap::Record fine = noisy();
-  gap::Record nearly = fine;
+  const numeric::LoopRecord fine = noisy();
+  numeric::LoopRecord nearly = fine;
   nearly.pv = tests::lines_between(fine.pv, tests::by_swinging_door(fine.pv, 0.003));
   CHECK(twin::why_compressed(nearly).empty());
 }
 
 TEST_CASE("manual, a clamped output, an SP at rest and a short record are refused",
           "[commission]") {
-  gap::Record record = noisy();
+  numeric::LoopRecord record = noisy();
   std::vector<double> automatic(record.size(), 1.0);
   CHECK(twin::why_by_hand(automatic).empty());
   CHECK(twin::why_by_hand({}).empty());
@@ -56,15 +56,15 @@ TEST_CASE("manual, a clamped output, an SP at rest and a short record are refuse
   CHECK(twin::why_by_hand(automatic).find("manual in 25 %") != std::string::npos);
 
   const twin::Spans spans{0.0, 10.0, 0.0, 10.0};
-  gap::Record clamped = record;
+  numeric::LoopRecord clamped = record;
   for (std::size_t k = 0; k < record.size() / 5; ++k) clamped.co[k] = 10.0;
   CHECK(!twin::why_clamped(clamped, spans).empty());
 
-  gap::Record still = record;
+  numeric::LoopRecord still = record;
   still.sp.assign(record.size(), 5.0);
   CHECK(twin::why_still(still, spans).find("SP moves never") != std::string::npos);
   still.sp.back() = 6.0;
-  CHECK(twin::why_still(still, spans).find("once only") != std::string::npos);
+  CHECK(twin::why_still(still, spans).find("only once") != std::string::npos);
   still.sp.clear();  // then CO counts
   CHECK(twin::why_still(still, spans).empty());
 

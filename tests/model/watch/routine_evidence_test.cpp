@@ -14,6 +14,7 @@
 #include "model/watch/routine_watch.hpp"
 #include "model/numeric/random.hpp"
 #include "model/effects/stiction/stiction_karnopp.hpp"
+#include "model/watch/limits.hpp"
 #include "tests/model/diagnosis/signals.hpp"
 
 namespace loopwarden::tests::routine_evidence_test {
@@ -58,11 +59,11 @@ struct Raised {
 
 // Returns whether diagnose() sees stiction in the two windows up to `end`.
 bool stiction_is_seen(const SmallLoop::Run& run, std::size_t end) {
-  constexpr std::size_t kBoth = 2 * RoutineWatch::kSamples;
+  constexpr std::size_t kBoth = 2 * watch::WatchLimits::kRoutineSamples;
   const std::span<const double> pv(run.pv);
   const std::span<const double> co(run.co);
-  const RoutineWatch::Judgement both = judge_routine(
-      {.pv = pv.subspan(end - kBoth, kBoth), .co = co.subspan(end - kBoth, kBoth), .sp = {}});
+  const RoutineWatch::Judgement both =
+      judge_routine({.pv = pv.subspan(end - kBoth, kBoth), .co = co.subspan(end - kBoth, kBoth)});
   return both.verdict == diagnosis::DiagnosisVerdict::valve_effect &&
          both.fault == AlarmKind::stiction && both.grade == diagnosis::Grade::seen;
 }
@@ -79,7 +80,7 @@ Raised watch(const SmallLoop::Run& run) {
                       .stem = std::nan(""),
                       .automatic = true,
                       .pv_good = true};
-    if (!routine.add(cycle) || (k + 1) % RoutineWatch::kSamples != 0) continue;
+    if (!routine.add(cycle) || (k + 1) % watch::WatchLimits::kRoutineSamples != 0) continue;
     ++window;
     if (window > 1 && found.seen_in == 0 && stiction_is_seen(run, k + 1)) found.seen_in = window;
     bool on = false;
@@ -103,7 +104,7 @@ std::vector<Raised> sticking(double s, double j) {
     numeric::Random random(seed + 500);
     const double load = 0.1 + 0.5 * random.uniform();
     all.push_back(watch(flow_loop(seed).run(
-        kWindows * RoutineWatch::kSamples, [&](double u) { return valve.step(u); },
+        kWindows * watch::WatchLimits::kRoutineSamples, [&](double u) { return valve.step(u); },
         random_load(load, seed))));
   }
   return all;
@@ -115,7 +116,7 @@ std::vector<Raised> healthy(
   std::vector<Raised> all;
   for (std::uint64_t seed = 1; seed <= kLoops; ++seed) {
     all.push_back(watch(loop(seed).run(
-        kWindows * RoutineWatch::kSamples, [](double u) { return u; }, load(seed))));
+        kWindows * watch::WatchLimits::kRoutineSamples, [](double u) { return u; }, load(seed))));
   }
   return all;
 }

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "model/watch/loop_monitor.hpp"
+#include "model/watch/limits.hpp"
 #include "model/watch/routine_watch.hpp"
 #include "model/effects/stiction/stiction_karnopp.hpp"
 #include "tests/model/diagnosis/signals.hpp"
@@ -52,7 +53,7 @@ bool stiction_on(const RoutineWatch& watch) {
 }
 
 TEST_CASE("a sticking valve raises its condition after two windows, not after one", "[routine]") {
-  const auto run = sticky(4 * RoutineWatch::kSamples);
+  const auto run = sticky(4 * watch::WatchLimits::kRoutineSamples);
   RoutineWatch watch(kSettings);
   std::size_t windows = 0;
   std::size_t raised_at = 0;
@@ -62,7 +63,7 @@ TEST_CASE("a sticking valve raises its condition after two windows, not after on
     CHECK(watch.judgement().verdict == diagnosis::DiagnosisVerdict::valve_effect);
     if (stiction_on(watch)) raised_at = k;
   }
-  CHECK(raised_at == 2 * RoutineWatch::kSamples - 1);
+  CHECK(raised_at == 2 * watch::WatchLimits::kRoutineSamples - 1);
   CHECK(windows == 2);
   const AlarmCondition& condition = watch.conditions()[index_of(AlarmKind::stiction)];
   CHECK(condition.severity_percent == Approx(4.0).epsilon(0.5));
@@ -70,7 +71,7 @@ TEST_CASE("a sticking valve raises its condition after two windows, not after on
 
 TEST_CASE("the content of routine evidence and its next judgement are available at any time",
           "[routine]") {
-  const auto run = sticky(2 * RoutineWatch::kSamples);
+  const auto run = sticky(2 * watch::WatchLimits::kRoutineSamples);
   RoutineWatch watch(kSettings);
   auto feed = [&, k = std::size_t{0}](std::size_t cycles) mutable {
     for (const std::size_t end = k + cycles; k < end; ++k) watch.add(cycle_of(run, k, k));
@@ -88,18 +89,18 @@ TEST_CASE("the content of routine evidence and its next judgement are available 
   CHECK(judged.probability > 0.6);
   CHECK(judged.severity_percent == Approx(4.0).epsilon(0.5));
   CHECK(judged.sum > 0.0);
-  CHECK(judged.sum < RoutineWatch::kRaise);
-  CHECK(feed(700).sum >= RoutineWatch::kRaise);
+  CHECK(judged.sum < watch::WatchLimits::kRaise);
+  CHECK(feed(700).sum >= watch::WatchLimits::kRaise);
   CHECK(watch.levels().back().window_s == 64.0 * 750.0);
   CHECK(watch.levels().back().windows == 0);
 }
 
 TEST_CASE("two windows with a break between are no single record", "[routine]") {
-  const auto run = sticky(2 * RoutineWatch::kSamples);
+  const auto run = sticky(2 * watch::WatchLimits::kRoutineSamples);
   RoutineWatch watch(kSettings);
   std::vector<double> lengths;
   for (std::size_t k = 0; k < run.pv.size(); ++k) {
-    const std::size_t gap = k < RoutineWatch::kSamples ? 0 : 10;
+    const std::size_t gap = k < watch::WatchLimits::kRoutineSamples ? 0 : 10;
     if (watch.add(cycle_of(run, k, k + gap))) lengths.push_back(watch.judgement().window_s);
   }
   CHECK(lengths == std::vector<double>{1500.0, 1500.0});
@@ -131,7 +132,7 @@ TEST_CASE("an effect that a source with report on change hides raises no alarm",
     }
     return any;
   };
-  const auto wide = sticky(4 * RoutineWatch::kSamples);
+  const auto wide = sticky(4 * watch::WatchLimits::kRoutineSamples);
   RoutineWatch plain(settings);
   CHECK(raised(wide, plain));
   CHECK(plain.judgement().sees_from_percent == 0.0);
@@ -145,7 +146,7 @@ TEST_CASE("an effect that a source with report on change hides raises no alarm",
   CHECK(seen.judgement().sees_from_percent == Approx(2.0).epsilon(0.1));
 
   // Held values look like a slightly sticking valve.
-  const auto narrow = on_change(sticky(RoutineWatch::kSamples, 1.5), 0.1, 0.5);
+  const auto narrow = on_change(sticky(watch::WatchLimits::kRoutineSamples, 1.5), 0.1, 0.5);
   RoutineWatch hidden(settings);
   CHECK_FALSE(raised(narrow, hidden));
   CHECK(hidden.judgement().verdict == diagnosis::DiagnosisVerdict::cant_tell);
@@ -167,7 +168,7 @@ TEST_CASE("an effect that a source with report on change hides raises no alarm",
 }
 
 TEST_CASE("without a known SP there is routine evidence, and no window", "[routine][watch]") {
-  const auto run = sticky(2 * RoutineWatch::kSamples);
+  const auto run = sticky(2 * watch::WatchLimits::kRoutineSamples);
   WindowSettings settings = kSettings;
   settings.has_set_point = false;
   RoutineWatch watch(settings);
@@ -184,7 +185,7 @@ TEST_CASE("without a known SP there is routine evidence, and no window", "[routi
 }
 
 TEST_CASE("a band as in a healthy valve raises no alarm, and clears a condition", "[routine]") {
-  const auto run = sticky(4 * RoutineWatch::kSamples);
+  const auto run = sticky(4 * watch::WatchLimits::kRoutineSamples);
   // A band of 4 in a span of 2000 is 0.2 %, in one of 1000 0.4 %.
   const double half_span = GENERATE(500.0, 1000.0);
   const bool small = half_span > 500.0;
@@ -204,7 +205,7 @@ TEST_CASE("a band as in a healthy valve raises no alarm, and clears a condition"
 }
 
 TEST_CASE("a disturbed loop raises no alarm, however long", "[routine]") {
-  const auto run = disturbed(10 * RoutineWatch::kSamples);
+  const auto run = disturbed(10 * watch::WatchLimits::kRoutineSamples);
   RoutineWatch watch(kSettings);
   std::size_t judged = 0;
   for (std::size_t k = 0; k < run.pv.size(); ++k) {
@@ -218,8 +219,8 @@ TEST_CASE("a disturbed loop raises no alarm, however long", "[routine]") {
 }
 
 TEST_CASE("a repaired valve clears its condition", "[routine]") {
-  const auto bad = sticky(3 * RoutineWatch::kSamples);
-  const auto good = disturbed(12 * RoutineWatch::kSamples);
+  const auto bad = sticky(3 * watch::WatchLimits::kRoutineSamples);
+  const auto good = disturbed(12 * watch::WatchLimits::kRoutineSamples);
   RoutineWatch watch(kSettings);
   std::uint64_t period = 0;
   for (std::size_t k = 0; k < bad.pv.size(); ++k) watch.add(cycle_of(bad, k, period++));
@@ -230,13 +231,13 @@ TEST_CASE("a repaired valve clears its condition", "[routine]") {
 
 TEST_CASE("manual, a bad PV or a gap of more than four samples begin the window again",
           "[routine]") {
-  const auto run = sticky(2 * RoutineWatch::kSamples);
+  const auto run = sticky(2 * watch::WatchLimits::kRoutineSamples);
   const auto why = GENERATE(0, 1, 2);
   const auto length = GENERATE(std::size_t{3}, std::size_t{4});
   RoutineWatch watch(kSettings);
   std::uint64_t period = 0;
   std::size_t first = 0;
-  const std::size_t stop = RoutineWatch::kSamples / 2;
+  const std::size_t stop = watch::WatchLimits::kRoutineSamples / 2;
   for (std::size_t k = 0; k < run.pv.size() && first == 0; ++k) {
     if (k == stop) {
       for (std::size_t i = 0; i < length; ++i, ++period) {
@@ -248,16 +249,16 @@ TEST_CASE("manual, a bad PV or a gap of more than four samples begin the window 
     }
     if (watch.add(cycle_of(run, k, period++))) first = k + 1;
   }
-  CHECK(first == (length == 4 ? stop : 0) + RoutineWatch::kSamples);
+  CHECK(first == (length == 4 ? stop : 0) + watch::WatchLimits::kRoutineSamples);
 }
 
 TEST_CASE("evidence is kept over a gap, but not over a stretch in manual", "[routine]") {
-  const auto run = sticky(2 * RoutineWatch::kSamples);
+  const auto run = sticky(2 * watch::WatchLimits::kRoutineSamples);
   const bool manual = GENERATE(true, false);
   RoutineWatch watch(kSettings);
   std::uint64_t period = 0;
   for (std::size_t k = 0; k < run.pv.size(); ++k) {
-    if (k == RoutineWatch::kSamples) {
+    if (k == watch::WatchLimits::kRoutineSamples) {
       for (std::size_t i = 0; i < 10; ++i, ++period) {
         Cycle out = cycle_of(run, k, period);
         out.automatic = false;
@@ -272,7 +273,7 @@ TEST_CASE("evidence is kept over a gap, but not over a stretch in manual", "[rou
 TEST_CASE(
     "specialists that see no fault outweigh weak routine evidence, those that agree add to it",
     "[routine]") {
-  const auto run = sticky(2 * RoutineWatch::kSamples);
+  const auto run = sticky(2 * watch::WatchLimits::kRoutineSamples);
   const auto sum_with = [&](double probability) {
     RoutineWatch watch(kSettings);
     WindowJudgement judgement;
@@ -286,26 +287,26 @@ TEST_CASE(
   const double alone = sum_with(-1.0);
   CHECK(sum_with(0.5) == Approx(alone));
   CHECK(sum_with(0.9) > alone + 0.5);
-  CHECK(sum_with(0.02) == Approx(alone - RoutineWatch::kMostFromSpecialists).margin(0.1));
+  CHECK(sum_with(0.02) == Approx(alone - watch::WatchLimits::kMostFromSpecialists).margin(0.1));
 }
 
 TEST_CASE("a condition from before a restart stays until a window contradicts it", "[routine]") {
   RoutineWatch watch(kSettings);
   watch.restore(AlarmKind::backlash, true, 3.0);
   CHECK(watch.conditions()[index_of(AlarmKind::backlash)].on);
-  const auto run = disturbed(2 * RoutineWatch::kSamples);
+  const auto run = disturbed(2 * watch::WatchLimits::kRoutineSamples);
   std::size_t k = 0;
   for (; k < run.pv.size(); ++k) {
     if (watch.add(cycle_of(run, k, k))) break;
     CHECK(watch.conditions()[index_of(AlarmKind::backlash)].on);
   }
-  CHECK(k == RoutineWatch::kSamples - 1);
+  CHECK(k == watch::WatchLimits::kRoutineSamples - 1);
   CHECK_FALSE(watch.conditions()[index_of(AlarmKind::backlash)].on);
 }
 
 TEST_CASE("without specialists a loop has the alarms of routine evidence, with their reason",
           "[routine]") {
-  const auto run = sticky(2 * RoutineWatch::kSamples);
+  const auto run = sticky(2 * watch::WatchLimits::kRoutineSamples);
   LoopMonitor monitor(kSettings, kAlarmRule, nullptr);
   LoopAlarms alarms{AlarmSettings{}};
   AlarmTransitions last;

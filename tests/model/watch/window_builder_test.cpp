@@ -7,6 +7,8 @@
 #include <utility>
 #include <vector>
 
+#include "model/watch/limits.hpp"
+
 namespace window_builder_test {
 
 using namespace loopwarden;
@@ -79,7 +81,7 @@ TEST_CASE("a window holds the newest samples, in order, independent of earlier o
     }
     CHECK(as_expected);
     CHECK(builder.last_period() == k);
-    CHECK(w.sample_time_s == 0.1);
+    CHECK(w.period_s == 0.1);
     CHECK(w.pv_low == 1.0);
     CHECK(w.pv_high == 2.0);
     CHECK(w.co_low == 3.0);
@@ -94,7 +96,7 @@ TEST_CASE("decimation averages, so that a fast loop covers the same time", "[mon
   REQUIRE(full.size() == 1);
   CHECK(full.front() == 10 * kWindowSamples - 1);
   const alarm::Window w = builder.window();
-  CHECK(w.sample_time_s == Approx(0.1));
+  CHECK(w.period_s == Approx(0.1));
   CHECK(w.pv[0] == Approx(4.5 + 0.2));
   CHECK(w.pv[960] == Approx(9604.5 + 0.2));
 }
@@ -127,7 +129,7 @@ TEST_CASE("never across a gap, a mode or a bad PV", "[monitor][window]") {
     reason = alarm::WindowState::gap;
   }
   SECTION("missing cycles, one more than can be bridged") {
-    next += kLongestBridge + 1;
+    next += WatchLimits::kLongestBridge + 1;
     bad.period_index = next;
     reason = alarm::WindowState::gap;
   }
@@ -149,7 +151,7 @@ TEST_CASE("never across a gap, a mode or a bad PV", "[monitor][window]") {
 TEST_CASE("late cycles are bridged, counted, and limited per window", "[monitor][window]") {
   const std::size_t decimation = GENERATE(std::size_t{1}, std::size_t{3});
   WindowBuilder builder({.overlap = 0.0, .decimation = decimation, .sample_time_s = 0.1});
-  const auto longest = static_cast<std::uint64_t>(kLongestBridge * decimation);
+  const auto longest = static_cast<std::uint64_t>(WatchLimits::kLongestBridge * decimation);
   std::uint64_t next = 0;
   const auto skip = [&](std::uint64_t missing) {
     next += 50 * decimation;
@@ -167,7 +169,7 @@ TEST_CASE("late cycles are bridged, counted, and limited per window", "[monitor]
     while (builder.add(cycle(at)) != Progress::full) ++at;
     const Window w = builder.window();
     CHECK(at == kWindowSamples * decimation - 1);  // as if no cycle were missing
-    CHECK(w.bridged_cycles == kMostBridged * decimation);
+    CHECK(w.bridged_cycles == WatchLimits::kMostBridged * decimation);
     // A straight rise is bridged by a straight line; SP and CO are held meanwhile.
     bool on_the_line = true;
     bool co_behind = false;

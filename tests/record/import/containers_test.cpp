@@ -224,7 +224,7 @@ TEST_CASE("cells that are empty, errors, texts with tabs, and dates next to time
   write_zip(folder / "b.xlsx", workbook_parts({{"S", rows}}, styles));
   const Imported got = import_record(folder / "b.xlsx", "", {});
   REQUIRE(got.record.size() == kSamples);
-  CHECK(got.record.missing_pv == 3);
+  CHECK(numeric::missing(got.record.pv) == 3);
   CHECK(got.notes.bad == 2);
   CHECK(got.record.pv[10] == pv(10));
   REQUIRE(got.notes.words.size() == 1);

@@ -115,8 +115,8 @@ Imported imported(const std::string& text, const ImportOptions& options = {},
 void same(const Imported& got, double margin = 0.0) {
   REQUIRE(got.record.size() == kSamples);
   CHECK(got.record.period_s == Approx(1.0));
-  REQUIRE(got.record.has_co);
-  REQUIRE(got.record.has_sp);
+  REQUIRE(!got.record.co.empty());
+  REQUIRE(!got.record.sp.empty());
   for (std::size_t k = 0; k < kSamples; ++k) {
     CHECK(got.record.pv[k] == Approx(loop().pv[k]).margin(margin).epsilon(1e-12));
     CHECK(got.record.co[k] == Approx(loop().co[k]).margin(margin).epsilon(1e-12));
@@ -237,7 +237,7 @@ TEST_CASE("one value per row, packed, with qualities and another order", "[impor
   const Imported got = import_record(folder / "long.csv.gz", "", {});
   CHECK(got.record.size() == kSamples);
   CHECK(got.notes.bad == 1);
-  CHECK(got.record.missing_co == 1);
+  CHECK(numeric::missing(got.record.co) == 1);
   CHECK(std::isnan(got.record.co[7]));
   CHECK(got.record.co[8] == loop().co[8]);
   CHECK(got.record.pv == loop().pv);
@@ -259,7 +259,7 @@ TEST_CASE("bad values by name are missing samples, counted", "[import]") {
   };
   const Imported bad = imported(spoiled("Bad Input"));
   CHECK(bad.notes.bad == 9);
-  CHECK(bad.record.missing_pv == 9);
+  CHECK(numeric::missing(bad.record.pv) == 9);
   CHECK(std::isnan(bad.record.pv[50]));
   CHECK(imported(spoiled("Questionable")).notes.questionable == 9);
 }
@@ -310,7 +310,7 @@ TEST_CASE("missing rows become missing samples", "[import]") {
   }
   const Imported got = imported(text);
   CHECK(got.record.size() == kSamples);
-  CHECK(got.record.missing_pv == 20);
+  CHECK(numeric::missing(got.record.pv) == 20);
   CHECK(got.record.pv[320] == loop().pv[320]);
   CHECK(got.notes.missing == 20);
 }
@@ -646,7 +646,7 @@ TEST_CASE("unknown words are bad values if nine of ten cells are numbers, and ar
   for (const bool is_long : {false, true}) {
     const Imported got = imported(with(90, "Wartung", "Scan Fehler!", is_long));
     CHECK(got.notes.bad == 90);
-    CHECK(got.record.missing_pv == 90);
+    CHECK(numeric::missing(got.record.pv) == 90);
     REQUIRE(got.notes.words.size() == 2);
     const std::string said = bad_words_text(got.notes.words);
     CHECK(said.find("export.csv: 'Wartung' in 60 cells of FIC1.PV: taken as a bad value\n") !=
@@ -920,8 +920,7 @@ TEST_CASE("tags of a transmitter and a valve are offered as a loop", "[import]")
     write_file(folder / "e.csv", "Time," + names + "\n1,2,3\n2,3,4\n3,4,5\n");
     return Importer({folder.path()}, {}).pairs_hint();
   };
-  CHECK(hint("FT129,FV129") ==
-        "FT129 and FV129 look like PV and CO of a loop: --map pv=FT129,co=FV129");
+  CHECK(hint("FT129,FV129") == "If FT129 is PV and FV129 is CO, add: --map pv=FT129,co=FV129");
   CHECK(hint("12-FI-129A,12-FV-129A").find("--map pv=12-FI-129A,co=12-FV-129A") !=
         std::string::npos);
   CHECK(hint("FT129,FV130").empty());
@@ -1074,8 +1073,8 @@ TEST_CASE("qualities under the names of many vendors", "[import]") {
     }
     const Imported got = imported(text);
     CHECK(got.notes.bad + got.notes.questionable == 20);
-    CHECK(got.record.missing_pv == 20);
-    CHECK(got.record.missing_co == 0);
+    CHECK(numeric::missing(got.record.pv) == 20);
+    CHECK(numeric::missing(got.record.co) == 0);
     CHECK(got.notes.layout.find("qualities in") != std::string::npos);
   }
 }
@@ -1092,8 +1091,8 @@ TEST_CASE("qualities next to each value, of a loop and of a row", "[import]") {
               number(loop().co[k]) + (k == 9 ? ",0" : ",1") + "\n";
     }
     const Imported got = imported(text);
-    CHECK(got.record.missing_pv == 1);
-    CHECK(got.record.missing_co == 1);
+    CHECK(numeric::missing(got.record.pv) == 1);
+    CHECK(numeric::missing(got.record.co) == 1);
     CHECK(std::isnan(got.record.pv[7]));
   }
   for (const char* header : {"Time,FIC1.PV,FIC1.OP,Validity", "Time,FIC1.PV,FIC1.OP,FIC1.Quality",
@@ -1103,8 +1102,8 @@ TEST_CASE("qualities next to each value, of a loop and of a row", "[import]") {
       text += iso(k) + "," + number(loop().pv[k]) + "," + number(loop().co[k]) +
               (k == 7 ? ",0" : ",1") + "\n";
     const Imported got = imported(text);
-    CHECK(got.record.missing_pv == 1);
-    CHECK(got.record.missing_co == 1);
+    CHECK(numeric::missing(got.record.pv) == 1);
+    CHECK(numeric::missing(got.record.co) == 1);
   }
 }
 
@@ -1129,8 +1128,8 @@ TEST_CASE("columns named as qualities with other content are ignored and reporte
                                   with("Quality", purity), with("Flags", bits)}) {
     INFO(text.substr(0, 80));
     const Imported got = imported(text);
-    CHECK(got.record.missing_pv == 0);
-    CHECK(got.record.missing_co == 0);
+    CHECK(numeric::missing(got.record.pv) == 0);
+    CHECK(numeric::missing(got.record.co) == 0);
     REQUIRE(got.notes.remarks.size() == 1);
     CHECK(got.notes.remarks.front().find("not used, because it has no state that is known") !=
           std::string::npos);
@@ -1148,7 +1147,7 @@ TEST_CASE("the fixed format with qualities or thousands marks is not read as a p
     marked += seconds(k) + "," +
               (pv < 1000 ? std::to_string(pv) : fmt::format("1.{:03}", pv - 1000)) + ",35\n";
   }
-  CHECK(imported(rated).record.missing_pv == 1);
+  CHECK(numeric::missing(imported(rated).record.pv) == 1);
   CHECK(imported(marked).record.pv[15] == 1005.0);
 }
 
@@ -1165,11 +1164,11 @@ TEST_CASE(
     return text;
   };
   const Imported got = imported(with("Good", "Wartung"));
-  CHECK(got.record.missing_pv == 12);
+  CHECK(numeric::missing(got.record.pv) == 12);
   REQUIRE(got.notes.remarks.size() == 1);
   CHECK(got.notes.remarks.front() ==
         "column 'Quality': 'Wartung' in 12 cells: not known, taken as bad");
-  CHECK(imported(with("Xo", "Bad")).record.missing_pv == 12);
+  CHECK(numeric::missing(imported(with("Xo", "Bad")).record.pv) == 12);
   CHECK(failure(with("Bad", "Bad"))
             .find("no value of 'FIC1.PV' has a good quality in 'Quality', where most cells have "
                   "'Bad'. If these values are good, leave the column out of the export") !=
@@ -1269,7 +1268,7 @@ TEST_CASE("a clock that was not set, wrong stamps, and a clock set back", "[impo
       };
       const Imported stamps = imported(with(wrong, is_long));
       CHECK(stamps.record.size() == kSamples);
-      CHECK(stamps.record.missing_pv == 2);
+      CHECK(numeric::missing(stamps.record.pv) == 2);
       CHECK(stamps.record.pv[502] == loop().pv[502]);
     }
     for (const char* zero : {"0001-01-01T00:00:00", "1601-01-01T00:00:00", "1899-12-30T00:00:00",
@@ -1278,7 +1277,7 @@ TEST_CASE("a clock that was not set, wrong stamps, and a clock set back", "[impo
       const auto zeros = [&](std::size_t k) { return k == 400 || k == 700 ? zero : iso(k); };
       const Imported got = imported(with(zeros, is_long));
       CHECK(got.record.size() == kSamples);
-      CHECK(got.record.missing_pv == 2);
+      CHECK(numeric::missing(got.record.pv) == 2);
       CHECK(got.record.pv[401] == loop().pv[401]);
     }
     const auto ahead = [](std::size_t k) { return iso(k == 600 ? k + 86400 : k); };
@@ -1363,8 +1362,8 @@ TEST_CASE("qualities in InfluxDB's line protocol, as a field, a tag, or per fiel
       text += fmt::format(fmt::runtime(form.co), number(loop().co[k]), "Good", at);
     }
     const Imported got = imported(text, {}, "export.lp");
-    CHECK(got.record.missing_pv == 20);
-    CHECK(got.record.missing_co == 0);
+    CHECK(numeric::missing(got.record.pv) == 20);
+    CHECK(numeric::missing(got.record.co) == 0);
   }
 }
 
@@ -1406,7 +1405,7 @@ TEST_CASE("modes show the samples in automatic", "[import]") {
             "\n";
   }
   const Imported got = imported(text);
-  CHECK(got.record.has_mode);
+  CHECK(!got.record.automatic.empty());
   CHECK(got.record.automatic[50] == 0.0);
   CHECK(got.record.automatic[150] == 1.0);
   CHECK(got.record.automatic[250] == 1.0);

@@ -221,9 +221,9 @@ TEST_CASE("a process alarm is published although it is in no register; it has no
 
 TEST_CASE("detectable sizes come from the loop's commission", "[edge]") {
   Seen seen;
-  write_file(
-      seen.folder / "commissions/FIC-101/commission.json",
-      R"({"detectable": {"stiction": {"percent_of_span": 1.5}, "backlash": {"percent_of_span": null}}})");
+  write_file(seen.folder / "commissions/FIC-101/commission.json",
+             R"({"detectable": {"stiction": {"percent_of_span": 1.5},
+                         "backlash": {"percent_of_span": null}}})");
   seen.view.look();
   CHECK(seen.of_loop("detectable/stiction") == Value(1.5));
   CHECK(spec(seen.specs(), "detectable/stiction").unit == "% of CO span");
@@ -307,7 +307,7 @@ TEST_CASE("a file is sent in numbered parts with a check sum of the whole", "[ed
   }
   CHECK(whole == "0123456789");
   CHECK_FALSE(parts.next());
-  CHECK_THAT(parts.add("d", "e2", folder / "none"), Catch::StartsWith("refused: no file is there"));
+  CHECK_THAT(parts.add("d", "e2", folder / "none"), Catch::StartsWith("refused: no file exists"));
 }
 
 Metric wanted(std::string name, Value value) {
@@ -349,7 +349,7 @@ TEST_CASE("alarms, shelves, vetoes and evidence", "[edge]") {
   CHECK(command.evidence == std::vector<std::string>{"stiction"});
 }
 
-TEST_CASE("a write that is no order is reported and gives no order", "[edge]") {
+TEST_CASE("a write that is not a command is reported and has no effect", "[edge]") {
   const double nan = std::nan("");
   for (const Metric& metric :
        {wanted("pv", 5.0), wanted("kp", 1.0), wanted("sp", nan), wanted("sp", std::string("5")),

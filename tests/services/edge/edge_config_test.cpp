@@ -129,13 +129,15 @@ TEST_CASE("errors are reported with their place", "[edge]") {
   CHECK_THAT(complaints("[]"), Catch::Contains("edge.yaml:1:1"));
 }
 
-TEST_CASE("docs/edge-keys.md matches the description by the reader", "[edge][reference]") {
-  const std::string path = LOOPWARDEN_SOURCE_DIR "/docs/edge-keys.md";
+TEST_CASE("docs/reference/edge-keys.md matches the description by the reader",
+          "[edge][reference]") {
+  const std::string path = LOOPWARDEN_SOURCE_DIR "/docs/reference/edge-keys.md";
   const std::string described =
       "# Keys of edge.yaml\n\n"
       "<!-- Generated from services/edge; tests_fleet \"[reference]\" shows how to renew it. "
       "-->\n\n"
-      "Guide: [edge.md](edge.md). Unknown keys are errors with their place.\n" +
+      "Guide: [publish-to-sparkplug.md](../how-to/publish-to-sparkplug.md). Unknown keys are "
+      "errors with their place.\n" +
       loopwarden::config::to_markdown(loopwarden::edge::describe_edge());
   if (std::getenv("LOOPWARDEN_REGENERATE") != nullptr) {
     loopwarden::tests::write_file(path, described);

@@ -615,9 +615,9 @@ TEST_CASE("orders reach the daemon only if edge.yaml has them, and their outcome
                                  std::string("output 30: refused: the loop is in automatic")) !=
           nullptr);
   plant.host.command(MessageType::dcmd, "FIC-101", {wanted("pv", DataType::float32, 1.0)});
-  REQUIRE(plant.host.await_value("order/result",
-                                 std::string("refused: pv is no order, or has no value for one")) !=
-          nullptr);
+  REQUIRE(plant.host.await_value(
+              "order/result",
+              std::string("refused: pv is not a command, or lacks a valid value")) != nullptr);
   plant.host.command(MessageType::dcmd, "none", {wanted("sp", DataType::float32, 1.0)});
   plant.daemon.refuse_orders("");
   for (const char* tag : {"FIC-101", "FIC-102"}) {
@@ -676,7 +676,7 @@ TEST_CASE("evidence is sent in parts on request", "[edge]") {
   plant.host.command(MessageType::dcmd, "FIC-101",
                      {wanted("request/evidence", DataType::string, std::string("../x"))});
   CHECK(plant.host.await_value("order/result",
-                               std::string("request/evidence ../x: refused: there is none")) !=
+                               std::string("request/evidence ../x: refused: no such evidence")) !=
         nullptr);
 }
 

@@ -69,7 +69,7 @@ TEST_CASE("an order that was not delivered is refused", "[edge]") {
   const tests::TemporaryFolder folder;
   Orders orders(folder.path(), true);
   orders.give("d", "FIC-101", kSetPoint);
-  CHECK_THAT(told(orders), Catch::StartsWith("sp 5: refused: no socket for orders"));
+  CHECK_THAT(told(orders), Catch::StartsWith("sp 5: refused: no socket for commands"));
 }
 
 TEST_CASE("the outcome of an order without an answer is unknown", "[edge]") {
@@ -114,7 +114,7 @@ TEST_CASE("an order that is done and not in the journal yet is reported as done"
   std::thread daemon([&] { peer = socket.take(R"({"ok": true, "on_disk": false})"); });
   orders.give("d", "FIC-101", kAcknowledge);
   daemon.join();
-  CHECK(told(orders) == "acknowledge_stiction: done, the journal does not have it yet");
+  CHECK(told(orders) == "acknowledge_stiction: done, not yet in the journal");
   ::close(peer);
 }
 
@@ -124,7 +124,7 @@ TEST_CASE("acknowledge_all is reported as far as its outcome is known", "[edge]"
   const std::vector<Orders::Loop> loops{{"d", "FIC-101", true}};
   SECTION("it was not delivered") {
     orders.acknowledge_all(loops);
-    CHECK_THAT(told(orders), Catch::StartsWith("acknowledge_all: refused: no socket for orders"));
+    CHECK_THAT(told(orders), Catch::StartsWith("acknowledge_all: refused: no socket for commands"));
   }
   const EdgeSocket socket(folder.path());
   const auto answered = [&](const std::string& answer) {
@@ -140,10 +140,9 @@ TEST_CASE("acknowledge_all is reported as far as its outcome is known", "[edge]"
     CHECK_THAT(answered(R"({"ok": true})"), Catch::StartsWith("acknowledge_all: not known: "));
   }
   SECTION("done, and not in the journal yet") {
-    CHECK(
-        answered(
-            R"({"ok": true, "on_disk": false, "acknowledged": [{"loop": "FIC-101", "alarm": "stiction"}]})") ==
-        "acknowledge_stiction: done, the journal does not have it yet");
+    CHECK(answered(R"({"ok": true, "on_disk": false, "acknowledged": [)"
+                   R"({"loop": "FIC-101", "alarm": "stiction"}]})") ==
+          "acknowledge_stiction: done, not yet in the journal");
   }
 }
 

@@ -43,7 +43,8 @@ TEST_CASE("the smallest feed.yaml has a broker and a value", "[feed]") {
 
 TEST_CASE("every key of feed.yaml is accepted", "[feed]") {
   const auto loaded = read_feed_text("/etc/loopwarden-feed/feed.yaml", R"(
-broker: {url: 'mqtts://b:8884', user: feed, password: {credential: p}, ca_file: ca.pem, client_id: seven}
+broker: {url: 'mqtts://b:8884', user: feed, password: {credential: p}, ca_file: ca.pem,
+         client_id: seven}
 runtime_directory: /run/other
 alive_interval: 0.5
 topics:
@@ -118,13 +119,14 @@ TEST_CASE("the example is a valid configuration", "[feed]") {
   CHECK_FALSE(loaded->metrics.empty());
 }
 
-TEST_CASE("docs/feed-keys.md matches the description by the reader", "[feed][reference]") {
-  const std::string path = LOOPWARDEN_SOURCE_DIR "/docs/feed-keys.md";
+TEST_CASE("docs/reference/feed-keys.md matches the description by the reader",
+          "[feed][reference]") {
+  const std::string path = LOOPWARDEN_SOURCE_DIR "/docs/reference/feed-keys.md";
   const std::string described =
       "# Keys of feed.yaml\n\n"
       "<!-- Generated from services/feed; tests_fleet \"[reference]\" shows how to renew it. "
       "-->\n\n"
-      "Guide: [watch.md](watch.md#4-by-mqtt-and-sparkplug-loopwarden-feed). "
+      "Guide: [watch-a-loop-by-mqtt.md](../how-to/watch-a-loop-by-mqtt.md). "
       "Unknown keys are errors with their place.\n" +
       loopwarden::config::to_markdown(describe_feed());
   if (std::getenv("LOOPWARDEN_REGENERATE") != nullptr) {

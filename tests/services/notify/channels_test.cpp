@@ -198,8 +198,9 @@ TEST_CASE("mail by SMTP, with and without TLS and a password", "[notify][mail]")
     CHECK(got.at("tls") == tls);
     CHECK(got.at("authenticated") == authenticated);
     const std::string data = got.at("data");
-    CHECK(data.find("Subject: box 12: FIC-101: Stiction came, 6.1 %\r\n") != std::string::npos);
-    CHECK(data.find("\r\n\r\nbox 12: FIC-101") != std::string::npos);
+    CHECK(data.find("Subject: [box 12] FIC-101: Stiction alarm, 6.1 % of CO span\r\n") !=
+          std::string::npos);
+    CHECK(data.find("\r\n\r\n[box 12] FIC-101") != std::string::npos);
   };
   SECTION("plain, on this host") {
     const ForeignProcess smtp = server("mail_server.py", {log});
@@ -387,7 +388,7 @@ TEST_CASE("the systemd journal's own protocol", "[notify][journal]") {
   CHECK(send(JournalSettings{}, kOne).outcome == Outcome::sent);
   const std::string entry = journal.receive();
   std::filesystem::remove_all("/run/systemd/journal", error);
-  CHECK(entry.find("MESSAGE=FIC-101: Stiction came, 6.1 %\n") != std::string::npos);
+  CHECK(entry.find("MESSAGE=FIC-101: Stiction alarm, 6.1 % of CO span\n") != std::string::npos);
   CHECK(entry.find("LOOPWARDEN_LOOP=FIC-101\n") != std::string::npos);
   CHECK(entry.find("CODE_FILE") == std::string::npos);
 }

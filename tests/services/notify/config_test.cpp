@@ -171,14 +171,15 @@ TEST_CASE("page_url is a URL of http or https, without a slash at its end", "[no
   }
 }
 
-TEST_CASE("docs/notify-keys.md matches the description by the reader",
+TEST_CASE("docs/reference/notify-keys.md matches the description by the reader",
           "[notify][config][reference]") {
-  const std::string path = LOOPWARDEN_SOURCE_DIR "/docs/notify-keys.md";
+  const std::string path = LOOPWARDEN_SOURCE_DIR "/docs/reference/notify-keys.md";
   const std::string described =
       "# Keys of notify.yaml\n\n"
       "<!-- Generated from services/notify/config; tests_fleet \"[reference]\" shows how to renew "
       "it. -->\n\n"
-      "Guide: [notify.md](notify.md). Relative paths start from the file's folder.\n" +
+      "Guide: [send-notifications.md](../how-to/send-notifications.md). Relative paths start from "
+      "the file's folder.\n" +
       loopwarden::config::to_markdown(describe_notify());
   if (std::getenv("LOOPWARDEN_REGENERATE") != nullptr) write_file(path, described);
   INFO("to bring the file up to date: LOOPWARDEN_REGENERATE=1 bin/tests_fleet '[reference]'");

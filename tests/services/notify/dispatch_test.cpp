@@ -84,7 +84,7 @@ TEST_CASE("a flood is one message that counts the unlisted events", "[notify][di
   const Message message = message_of("mail", events, kNoon);
   CHECK(message.events.size() == kMostListed);
   CHECK(message.count() == 5000);
-  CHECK(headline(message, sender()) == "box 12: 5000 changes of alarms: 4000 came, 1000 went");
+  CHECK(headline(message, sender()) == "[box 12] 5000 alarm changes: 4000 new, 1000 cleared");
   CHECK(letter(message, sender()).find("... and 4900 more") != std::string::npos);
 }
 

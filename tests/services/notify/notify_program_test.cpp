@@ -102,17 +102,19 @@ TEST_CASE("an alarm of the daemon reaches a webhook, and so does the daemon's si
   REQUIRE(has(folder / "log", 5));
   CHECK(texts(folder / "log") ==
         std::vector<std::string>{
-            "box 12: FIC-101 (cooling water): Stiction came, 6.1 %",
-            "box 12: FIC-101 (cooling water): Stiction acknowledged, 6.1 %, by uid 7 (seen?Bcc: x)",
-            "box 12: the daemon does not answer: no loop is watched",
-            "box 12: the daemon answers again",
-            "box 12: FIC-101 (cooling water): Stiction went, 6.1 %"});
+            "[box 12] FIC-101 (cooling water): Stiction alarm, 6.1 % of CO span",
+            "[box 12] FIC-101 (cooling water): Stiction acknowledged, 6.1 % of CO span, by uid 7 "
+            "(seen?Bcc: x)",
+            "[box 12] loopwardend does not respond, so no alarms are raised",
+            "[box 12] loopwardend responds again",
+            "[box 12] FIC-101 (cooling water): Stiction cleared, 6.1 % of CO span"});
   CHECK(eventually([&] { return program.list().front().at("state") == "sent"; }));
   CHECK(program.list().size() == 5);
   const auto listed =
       loopwarden::tests::run(kProgram + " --config " + program.config().string() + " --list");
   CHECK_THAT(listed.text,
-             Catch::Contains("sent    box 12: FIC-101 (cooling water): Stiction went, 6.1 %\n"));
+             Catch::Contains(
+                 "sent    [box 12] FIC-101 (cooling water): Stiction cleared, 6.1 % of CO span\n"));
   CHECK_THAT(listed.text, Catch::Contains("attempt 1: answered 200\n"));
   CHECK(program.end(SIGTERM) == 0);
 }
@@ -139,7 +141,7 @@ TEST_CASE("with a slow disk under the outbox every alarm is notified once, in or
   const std::vector<std::string> told = texts(folder / "log");
   REQUIRE(told.size() == 6);
   for (std::size_t i = 0; i < told.size(); ++i) {
-    CHECK_THAT(told[i], Catch::Contains(i % 2 == 0 ? "Stiction came" : "Stiction went"));
+    CHECK_THAT(told[i], Catch::Contains(i % 2 == 0 ? "Stiction alarm" : "Stiction cleared"));
   }
 }
 
@@ -227,7 +229,7 @@ TEST_CASE("a webhook that fails and then works; events raised meanwhile are one 
   const std::vector<std::string> all = texts(folder / "log");
   CHECK(all[0] == all[1]);
   CHECK(all[1] == all[2]);
-  CHECK(all[3] == "box 12: 10 changes of alarms: 10 came");
+  CHECK(all[3] == "[box 12] 10 alarm changes: 10 new");
   CHECK(eventually([&] { return program.list().front().at("state") == "sent"; }));
   CHECK(program.list().back().at("attempts") == 3);
   CHECK(program.end(SIGTERM) == 0);
@@ -338,7 +340,7 @@ TEST_CASE("--test reports the result of each channel", "[notify][program]") {
   CHECK_THAT(all.text, Catch::Contains("good: sent: answered 200\n"));
   CHECK_THAT(all.text, Catch::Contains("local: failed: "));
   CHECK(test(" good").exit_code == 0);
-  CHECK(texts(folder / "log").back() == "box 12: test of channel good");
+  CHECK(texts(folder / "log").back() == "[box 12] test of channel good");
   const auto unknown = test(" goood");
   CHECK(unknown.exit_code == 64);
   CHECK_THAT(unknown.text, Catch::Contains("did you mean 'good'?"));
@@ -417,7 +419,7 @@ TEST_CASE(
   // Returns the notification about the change, or an empty text before it arrives.
   const auto told = [&](const std::string& what) {
     for (const std::string& text : texts(folder / "log")) {
-      if (text.starts_with("box 12: FIC-101: Stiction " + what)) return text;
+      if (text.starts_with("[box 12] FIC-101: Stiction " + what)) return text;
     }
     return std::string();
   };

@@ -59,10 +59,10 @@ TEST_CASE("any text becomes one line of valid UTF-8", "[notify][text]") {
 
 TEST_CASE("sentences, headlines and letters", "[notify][text]") {
   const Sender box = sender();
-  CHECK(sentence(event_of("FIC-101"), box) == "FIC-101: Stiction came, 6.1 %");
+  CHECK(sentence(event_of("FIC-101"), box) == "FIC-101: Stiction alarm, 6.1 % of CO span");
   Event waits = event_of("FIC-101", Change::unacknowledged);
   waits.waits_min = 30;
-  CHECK(sentence(waits, box) == "FIC-101: Stiction not acknowledged for 30 min, 6.1 %");
+  CHECK(sentence(waits, box) == "FIC-101: Stiction not acknowledged for 30 min, 6.1 % of CO span");
   Event seen = event_of("FIC-101", Change::acknowledged, std::nullopt);
   seen.peer = "uid 1000";
   seen.reason = "seen";
@@ -70,23 +70,24 @@ TEST_CASE("sentences, headlines and letters", "[notify][text]") {
   seen.peer = "anna@10.0.0.5 by page (uid 997)";
   CHECK(sentence(seen, box) == "FIC-101: Stiction acknowledged, by anna (seen)");
   CHECK(headline(message_with({event_of("FIC-101")}), box) ==
-        "box 12: FIC-101: Stiction came, 6.1 %");
+        "[box 12] FIC-101: Stiction alarm, 6.1 % of CO span");
   const std::string text = letter(message_with({event_of("FIC-101")}), sender());
-  CHECK(text.find("2026-11-24 13:00:00 +0100  FIC-101: Stiction came, 6.1 %\n") !=
+  CHECK(text.find("2026-11-24 13:00:00 +0100  FIC-101: Stiction alarm, 6.1 % of CO span\n") !=
         std::string::npos);
-  CHECK_THAT(text, Catch::Contains("\nFIC-101 Stiction\n  since:       2026-11-24 13:00:00 +0100\n"
-                                   "  size:        6.1 % of the output's span\n"
-                                   "  why:         The stem sticks"));
+  CHECK_THAT(text,
+             Catch::Contains("\nFIC-101 Stiction\n  Since:          2026-11-24 13:00:00 +0100\n"
+                             "  Size:           6.1 % of CO span\n"
+                             "  Cause:          The stem sticks"));
   CHECK(rfc3339(kNoon + 7) == "2026-11-24T12:00:00.007Z");
 }
 
 TEST_CASE("a headline of a few changes names their loops", "[notify][text]") {
   const Event a = event_of("A");
-  CHECK(headline(message_with({a, a}), sender()) == "box 12: 2 changes of alarms of A: 2 came");
+  CHECK(headline(message_with({a, a}), sender()) == "[box 12] 2 alarm changes on A: 2 new");
   CHECK(headline(message_with({a, event_of("B"), event_of("C", Change::went)}), sender()) ==
-        "box 12: 3 changes of alarms of A, B and C: 2 came, 1 went");
+        "[box 12] 3 alarm changes on A, B and C: 2 new, 1 cleared");
   CHECK(headline(message_with({a, event_of("B"), event_of("C"), event_of("D")}), sender()) ==
-        "box 12: 4 changes of alarms: 4 came");
+        "[box 12] 4 alarm changes: 4 new");
 }
 
 TEST_CASE("a process alarm is notified with its reason and its guide, with its own urgency",
@@ -94,8 +95,8 @@ TEST_CASE("a process alarm is notified with its reason and its guide, with its o
   Event lost = event_of("FIC-101", Change::came, std::nullopt);
   lost.alarm = "output_lost";
   lost.reason = "commands don't reach the device";
-  CHECK(sentence(lost, sender()) == "FIC-101: Output lost came (commands don't reach the device)");
-  CHECK(letter(message_with({lost}), sender()).find("what to do:  Look at the valve") !=
+  CHECK(sentence(lost, sender()) == "FIC-101: Output lost alarm (commands don't reach the device)");
+  CHECK(letter(message_with({lost}), sender()).find("Action:         Check the valve") !=
         std::string::npos);
   const int urgent = priority_of(lost);
   lost.alarm = "not_normal_mode";
@@ -115,7 +116,7 @@ TEST_CASE("a text names the loop's purpose, the alarm and the page to open", "[n
   Sender with_page = sender();
   with_page.page_url = "https://box12:8443";
   CHECK(sentence(event, with_page) ==
-        "10/FIC 101 (cooling water): Unknown valve fault came, 6.1 %");
+        "10/FIC 101 (cooling water): Unknown valve fault alarm, 6.1 % of CO span");
   const std::string link = "\nhttps://box12:8443/#/alarms/10%2FFIC%20101/unknown\n";
   CHECK_THAT(letter(message_with({event, event}), with_page), Catch::Contains(link));
   CHECK_THAT(letter(message_with({event}), sender()), !Catch::Contains("http"));
@@ -146,27 +147,28 @@ TEST_CASE("a letter has the plant's place, reason and action; the link opens the
   Sender with_page = sender();
   with_page.page_url = "https://box12:8443";
   const std::string text = letter(message_with({event}), with_page);
-  for (const char* line : {"\n  area:        Utilities\n", "\n  priority:    high\n",
-                           "\n  why:         The valve sticks: 5.9 % of dead band.\n",
-                           "\n  what to do:  call the valve shop\n", "\n  within:      this week\n",
-                           "\nhttps://box12:8443/#/alarms/FIC-101/incident\n"}) {
+  for (const char* line :
+       {"\n  Area:           Utilities\n", "\n  Priority:       high\n",
+        "\n  Cause:          The valve sticks: 5.9 % of dead band.\n",
+        "\n  Action:         call the valve shop\n", "\n  Respond within: this week\n",
+        "\nhttps://box12:8443/#/alarms/FIC-101/incident\n"}) {
     CHECK_THAT(text, Catch::Contains(line));
   }
   CHECK(priority_of(event) < priority_of(event_of("FIC-101")));
   // A cleared alarm requires no action.
   event.change = Change::went;
-  CHECK_THAT(letter(message_with({event}), with_page), !Catch::Contains("what to do"));
+  CHECK_THAT(letter(message_with({event}), with_page), !Catch::Contains("Action:"));
 }
 
 TEST_CASE("an alarm that is notified late states since when it is there", "[notify][text]") {
   Event event = event_of("FIC-101");
   event.noticed_ms = kNoon + 59'000;
-  CHECK_THAT(sentence(event, sender()), Catch::Contains("Stiction came"));
+  CHECK_THAT(sentence(event, sender()), Catch::Contains("Stiction alarm"));
   event.noticed_ms = kNoon + 60'000;
   CHECK(sentence(event, sender()) ==
-        "FIC-101: Stiction is there since 2026-11-24 13:00:00 +0100, 6.1 %");
+        "FIC-101: Stiction alarm, active since 2026-11-24 13:00:00 +0100, 6.1 % of CO span");
   event.change = Change::went;
-  CHECK_THAT(sentence(event, sender()), Catch::Contains("Stiction went"));
+  CHECK_THAT(sentence(event, sender()), Catch::Contains("Stiction cleared"));
 }
 
 TEST_CASE("an event read back from JSON is unchanged", "[notify][text]") {
@@ -190,10 +192,10 @@ TEST_CASE("an event read back from JSON is unchanged", "[notify][text]") {
 
 TEST_CASE("a mail's fields contain the given values", "[notify][mail]") {
   const std::string mail = mail_text(message_with({event_of("FIC-101")}), sender(), kMail);
-  CHECK(
-      mail.starts_with("Date: Tue, 24 Nov 2026 12:00:00 +0000\nFrom: box@plant.example\n"
-                       "To: a@plant.example,\n b@plant.example\n"
-                       "Subject: box 12: FIC-101: Stiction came, 6.1 %\nMessage-ID: <loopwarden."));
+  CHECK(mail.starts_with(
+      "Date: Tue, 24 Nov 2026 12:00:00 +0000\nFrom: box@plant.example\n"
+      "To: a@plant.example,\n b@plant.example\n"
+      "Subject: [box 12] FIC-101: Stiction alarm, 6.1 % of CO span\nMessage-ID: <loopwarden."));
   CHECK(mail.find("@plant.example>\nAuto-Submitted: auto-generated\nMIME-Version: 1.0\n") !=
         std::string::npos);
   // The same message has the same id, and another message has another id.
@@ -278,7 +280,7 @@ TEST_CASE("a syslog line follows RFC 5424", "[notify][syslog]") {
         "[loopwarden@32473 box=\"box 12\" notification=\"7\" loop=\"FIC-101\" alarm=\"stiction\" "
         "change=\"came\" state=\"unacknowledged\" severity_percent=\"6.100\"] "
         "\xEF\xBB\xBF"
-        "FIC-101: Stiction came, 6.1 %");
+        "FIC-101: Stiction alarm, 6.1 % of CO span");
   Event event = event_of("a\"b]c\\d");
   CHECK(syslog_line(event, message_with({event}), sender(), settings, 2048)
             .find(R"(loop="a\"b\]c\\d")") != std::string::npos);
@@ -295,9 +297,9 @@ TEST_CASE("fields of the systemd journal", "[notify][journal]") {
   event.reason = "windows";
   const std::vector<std::string> fields = journal_fields(event, message_with({event}), sender());
   for (const char* field :
-       {"MESSAGE=FIC-101: Stiction came, 6.1 % (windows)", "PRIORITY=4", "LOOPWARDEN_BOX=box 12",
-        "LOOPWARDEN_LOOP=FIC-101", "LOOPWARDEN_ALARM=stiction", "LOOPWARDEN_CHANGE=came",
-        "LOOPWARDEN_SEVERITY_PERCENT=6.100", "LOOPWARDEN_REASON=windows",
+       {"MESSAGE=FIC-101: Stiction alarm, 6.1 % of CO span (windows)", "PRIORITY=4",
+        "LOOPWARDEN_BOX=box 12", "LOOPWARDEN_LOOP=FIC-101", "LOOPWARDEN_ALARM=stiction",
+        "LOOPWARDEN_CHANGE=came", "LOOPWARDEN_SEVERITY_PERCENT=6.100", "LOOPWARDEN_REASON=windows",
         "LOOPWARDEN_NOTIFICATION=7", "SYSLOG_IDENTIFIER=loopwarden-notify"}) {
     INFO(field);
     CHECK(std::count(fields.begin(), fields.end(), field) == 1);

@@ -17,7 +17,7 @@ async function made(startDate, validity) {
   return new X509Certificate(fs.readFileSync(outputFile));
 }
 
-test("the own certificate is made once, names its application, and its key is nobody else's", async () => {
+test("the own certificate is made once, names its application, and only its user can read its key", async () => {
   const { fingerprint256 } = certificates.own;
   assert.equal((await Certificates.open(folder)).own.fingerprint256, fingerprint256);
   assert.equal(certificates.applicationUri, `urn:${os.hostname()}:loopwarden-opcua`);
@@ -25,7 +25,7 @@ test("the own certificate is made once, names its application, and its key is no
   certificates.checkOwn();
 });
 
-test("a server's certificate counts once its fingerprint was given, or its file lies in trusted/", async () => {
+test("a server's certificate is trusted after its fingerprint was entered, or if its file is in trusted/", async () => {
   const server = await made(new Date(), 10);
   const chain = Buffer.concat([server.raw, certificates.own.raw]); // with its issuer after it
   assert.throws(() => certificates.check(chain), (error) => error instanceof Untrusted && error.message.includes(server.fingerprint256));
@@ -41,7 +41,7 @@ test("a server's certificate counts once its fingerprint was given, or its file 
   certificates.check(chain);
 });
 
-test("one that has expired is named with its file and its end", async () => {
+test("an expired certificate is reported with its file and its end", async () => {
   const old = await made(new Date(Date.now() - 20 * 86_400_000), 10);
   assert.throws(() => certificates.check(old.raw), Untrusted);
   const file = certificates.trust(old.raw, old.fingerprint256);

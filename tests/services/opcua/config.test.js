@@ -14,7 +14,7 @@ const one = (text, expected) => {
   assert.match(errors[0], expected);
 };
 
-test("defaults, and paths beside the file", () => {
+test("defaults, and paths relative to the file", () => {
   const { config } = readConfigText("/etc/o/opcua.yaml", `${GOOD}state_directory: state\nuser: x\npassword: {file: secret}\n`);
   assert.equal(config.runtime_directory, "/run/loopwardend");
   assert.equal(config.state_directory, "/etc/o/state");
@@ -23,7 +23,7 @@ test("defaults, and paths beside the file", () => {
   assert.deepEqual(config.nodes.get("A.PV"), { text: "nsu=urn:x;s=A.PV", uri: "urn:x", identifier: "s=A.PV" });
 });
 
-test("what is wrong is named by line, column and key", () => {
+test("an error has line, column and key", () => {
   one(`${GOOD}publishing_intervall: 1\n`, /^\/etc\/o\/opcua\.yaml:4:1: error: publishing_intervall: is not known; did you mean 'publishing_interval'\?$/);
   one("nodes:\n  A: i=1\n", /:1:1: error: url: is missing/);
   one("url: opc.tcp://dcs\n", /nodes: is missing/);
@@ -35,7 +35,7 @@ test("what is wrong is named by line, column and key", () => {
   one(`${GOOD}log_level: loud\n`, /must be debug, info, warn or error/);
   one(`${GOOD}reconnect_min: 5\nreconnect_max: 2\n`, /:5:1: error: reconnect_max: must be at least reconnect_min/);
   one(`${GOOD}user: x\n`, /user: needs password/);
-  one(`${GOOD}user: x\npassword: secret\n`, /never stands here itself/);
+  one(`${GOOD}user: x\npassword: secret\n`, /Don't write the password/);
   one(`${GOOD}user: x\npassword: {file: a, credential: b}\n`, /either `credential` or `file`/);
   one(`${GOOD}user: x\npassword: {credential: a/b}\n`, /must be a name/);
   assert.match(errorsOf(`${GOOD}user: x\npassword: {fil: a}\n`)[1], /:5:12: error: password\.fil: is not known; did you mean 'file'/);
@@ -46,7 +46,7 @@ test("what is wrong is named by line, column and key", () => {
   assert.match(readConfigFile("/nowhere/opcua.yaml").errors[0], /can't be read/);
 });
 
-test("a secret is a first line", (t) => {
+test("a secret is the first line of its file", (t) => {
   const folder = fs.mkdtempSync("/tmp/loopwarden-opcua-");
   t.after(() => fs.rmSync(folder, { recursive: true }));
   fs.writeFileSync(path.join(folder, "password"), "a b\nmore\n");
@@ -59,9 +59,9 @@ test("a secret is a first line", (t) => {
   assert.equal(readSecret({ credential: "password" }), "a b");
 });
 
-test("the example is sound, and docs/watch.md has every key with its default", () => {
+test("the example is valid, and docs/reference/opcua-keys.md has every key with its default", () => {
   assert.ok(readConfigFile(path.join(ROOT, "examples/opcua/opcua.yaml")).config);
-  const document = fs.readFileSync(path.join(ROOT, "docs/watch.md"), "utf8");
+  const document = fs.readFileSync(path.join(ROOT, "docs/reference/opcua-keys.md"), "utf8");
   for (const [key, { fallback, meaning, unit }] of Object.entries(KEYS)) {
     const cell = fallback === undefined ? "required" : fallback === "" ? "none" : `${fallback}${unit ? ` ${unit}` : ""}`;
     assert.ok(document.includes(`| \`${key}\` | ${cell} | ${meaning} |`), `| \`${key}\` | ${cell} | ${meaning} |`);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // From an OPC UA server to loops of the real daemon. The server uses the same library as the feeder
-// (docs/trust.md).
+// (docs/project/testing.md).
 import assert from "node:assert/strict";
 import fs from "node:fs";
 import path from "node:path";
@@ -22,7 +22,7 @@ before(async () => {
 });
 after(() => rig.end());
 
-test("a certificate that nobody has trusted ends it with 78 and its fingerprint", async () => {
+test("an untrusted certificate ends the feeder with exit code 78 and its fingerprint", async () => {
   const started = rig.run();
   assert.equal(started.status, 78);
   const [, fingerprint] = /SHA-256 ([0-9A-F:]{95})/.exec(started.stderr.slice(started.stderr.indexOf("not trusted")));
@@ -30,7 +30,7 @@ test("a certificate that nobody has trusted ends it with 78 and its fingerprint"
   assert.equal(rig.run("trust", "--fingerprint", fingerprint).status, 0);
 });
 
-test("browse prints what the server knows of its tags", () => {
+test("browse prints the server's data about its tags", () => {
   const { status, stdout } = rig.run("browse");
   assert.equal(status, 0);
   const rows = stdout.trimEnd().split("\n");
@@ -40,7 +40,7 @@ test("browse prints what the server knows of its tags", () => {
   assert.ok(rows.includes("FIC002.MODE,nsu=urn:test:dcs;s=FIC002.MODE,Int32,,,,"));
 });
 
-test("a wrong password is said, and nothing is browsed", () => {
+test("a wrong password is reported, and browse prints no variables", () => {
   rig.write("password", "wrong\n");
   const { status, stdout, stderr } = rig.run("browse");
   rig.write("password", "correct horse battery\n");
@@ -49,7 +49,7 @@ test("a wrong password is said, and nothing is browsed", () => {
   assert.match(stderr, /BadUserAccessDenied|BadIdentityToken/);
 });
 
-test("values come with the source's stamps and reach the loops", async () => {
+test("values reach the loops with the source's stamps", async () => {
   rig.startFeeder();
   await eventually("both loops are good", async () => await good("FIC001") && await good("FIC002"));
   const loop = await rig.loop("FIC001");
@@ -64,7 +64,7 @@ test("values come with the source's stamps and reach the loops", async () => {
   await eventually("held while nothing changes", () => reason("FIC001", "held"));
 });
 
-test("bad and uncertain quality show, by name", async () => {
+test("bad and uncertain quality are shown by name", async () => {
   for (const [code, quality, value] of [["BadSensorFailure", "bad", null], ["UncertainLastUsableValue", "uncertain", 12.5]]) {
     await rig.server.order("status", PV, code);
     await eventually(code, () => rig.newest(PV).quality === quality);
@@ -78,7 +78,7 @@ test("bad and uncertain quality show, by name", async () => {
   await eventually("good again", () => good("FIC001"));
 });
 
-test("a tag that is renamed is bad, by name, and comes back with its name", async () => {
+test("a renamed tag is bad by name, and is good again with its old name", async () => {
   await rig.server.order("rename", PV, "FIC001.PX");
   await eventually("bad", () => reason("FIC001", "said by the source"));
   await eventually("it is logged", () => /BadNodeIdUnknown.*FIC001\.PV/.test(rig.log) || /FIC001\.PV.*BadNodeIdUnknown/.test(rig.log));
@@ -87,7 +87,7 @@ test("a tag that is renamed is bad, by name, and comes back with its name", asyn
   await eventually("good again, with the old stamp", () => good("FIC001"));
 });
 
-test("a session that the server drops is opened anew, without a restart", async () => {
+test("a session that the server drops is opened again without a restart", async () => {
   const before = await rig.server.order("requests");
   await rig.server.order("drop");
   await eventually("another session", async () => (await rig.server.order("requests")).CreateSessionRequest > before.CreateSessionRequest);
@@ -95,7 +95,7 @@ test("a session that the server drops is opened anew, without a restart", async 
   await eventually("its values arrive", async () => (await rig.loop("FIC001")).pv === 13.5);
 });
 
-test("a server that is gone: stale; it comes back with a certificate to be trusted, other namespace indices, narrow limits", async () => {
+test("values of a lost server are stale; it returns with a new certificate, other namespace indices and narrow limits", async () => {
   const asked = await rig.server.order("requests");
   assert.ok(asked.CreateMonitoredItemsRequest > 0);
   for (const name of Object.keys(asked)) assert.doesNotMatch(name, /Write|Call|HistoryUpdate|AddNodes|DeleteNodes|AddReferences|DeleteReferences/);
@@ -114,8 +114,8 @@ test("a server that is gone: stale; it comes back with a certificate to be trust
   fs.renameSync(`${trusted}.away`, trusted);
   await eventually("both are good", async () => await good("FIC001") && await good("FIC002"), 20);
   assert.equal((await rig.loop("FIC001")).pv, 20);
-  assert.match(rig.log, /the server samples each 0.3 s, asked for 0.1 s/);
-  assert.match(rig.log, /the server publishes each 0.6 s, asked for 0.2 s/);
+  assert.match(rig.log, /the server samples each 0.3 s instead of 0.1 s/);
+  assert.match(rig.log, /the server publishes each 0.6 s instead of 0.2 s/);
   const again = await rig.server.order("requests");
   assert.ok(again.CreateSubscriptionRequest >= 2); // 9 items, 5 each
   assert.ok(again.CreateMonitoredItemsRequest >= 3); // 3 each
@@ -123,7 +123,7 @@ test("a server that is gone: stale; it comes back with a certificate to be trust
   await eventually("every value still arrives", async () => (await rig.loop("FIC002")).mode === "MAN");
 });
 
-test("told to end it ends, and its loops are stale", async () => {
+test("the feeder ends on a signal, and its loops are stale", async () => {
   const ended = new Promise((done) => { rig.feeder.once("exit", done); });
   rig.feeder.kill("SIGTERM");
   assert.equal(await ended, 0);

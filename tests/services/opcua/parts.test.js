@@ -25,12 +25,12 @@ test("numbers of every type are values", () => {
   assert.equal(valueOf(DataType.Int16, -3, { sourceTimestamp: null }).time, null);
 });
 
-test("a text is a word, for a loop's mode", () => {
+test("a text becomes a word, for a loop's mode", () => {
   assert.equal(valueOf(DataType.String, "AUTO").value, "AUTO");
   assert.equal(valueOf(DataType.LocalizedText, { text: "MAN", locale: "en" }).value, "MAN");
 });
 
-test("what is no number is bad, and says why", () => {
+test("a value that is not a number is bad, with the reason", () => {
   for (const [type, value, options, why] of [
     [DataType.String, "A".repeat(65), {}, /text/],
     [DataType.String, "", {}, /text/],
@@ -60,14 +60,14 @@ test("node ids keep their namespace's URI whatever its index", () => {
   for (const wrong of ["", "s=", "i=x", "i=4294967296", "g=1", "ns=1;s=x", "nsu=;s=x", "FIC205.PV"]) assert.throws(() => parseNodeId(wrong), /must/, wrong);
 });
 
-test("pauses double up to the longest", () => {
+test("waits double up to the longest", () => {
   assert.deepEqual([1, 2, 3, 9].map((n) => pause(n, { first: 1, longest: 5 }, 1)), [1, 2, 4, 5]);
   assert.equal(pause(1, { first: 1, longest: 5 }, 0), 0.5);
   assert.equal(didYouMean("brows", ["trust", "browse"]), "; did you mean 'browse'?");
   assert.equal(didYouMean("xyz", ["trust", "browse"]), "");
 });
 
-test("feed.sock gets lines it takes, and the newest of all again when it comes back", async (t) => {
+test("feed.sock receives valid lines, and after a reconnection the newest value of each name", async (t) => {
   const folder = fs.mkdtempSync(path.join(os.tmpdir(), "loopwarden-opcua-"));
   const file = path.join(folder, "feed.sock");
   let socket;

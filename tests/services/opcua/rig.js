@@ -73,7 +73,7 @@ ${nodes.join("")}`);
     for (const end = Date.now() + seconds * 1000; Date.now() < end; await sleep(50)) {
       if (await holds()) return;
     }
-    throw new Error(`not within ${seconds} s: ${what}; the feeder says:\n${this.log}`);
+    throw new Error(`not within ${seconds} s: ${what}; log of the feeder:\n${this.log}`);
   }
 
   // Lines of the feeder are passed on to the daemon, and are stored.

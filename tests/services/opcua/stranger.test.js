@@ -14,7 +14,7 @@ const text = (words) => Buffer.concat([u32(words.length), Buffer.from(words)]);
 const message = (type, body) => Buffer.concat([Buffer.from(`${type}F`), u32(8 + body.length), body]);
 const ACKNOWLEDGE = message("ACK", Buffer.concat([0, 65535, 65535, 1 << 24, 1000].map(u32)));
 
-test("who is no OPC UA server is refused with a reason, and soon", { timeout: 60_000 }, async (t) => {
+test("a peer that is not an OPC UA server is refused soon, with a reason", { timeout: 60_000 }, async (t) => {
   const folder = fs.mkdtempSync(path.join(os.tmpdir(), "loopwarden-opcua-"));
   const certificates = await Certificates.open(folder);
   t.after(() => fs.rmSync(folder, { recursive: true }));

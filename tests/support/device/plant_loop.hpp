@@ -46,7 +46,8 @@ io:
     unit: 1
     command: {{address: 0, type: f32}}
     read_back: {{table: input, address: 20, type: f32}}
-    comm_loss: {{timeout: {watchdog}, register: {{address: 10, type: u16, scale: 0.1}}, value: {watchdog}}}
+    comm_loss: {{timeout: {watchdog}, register: {{address: 10, type: u16, scale: 0.1}},
+                 value: {watchdog}}}
 )";
   const std::string text =
       fmt::format(kLoop, fmt::arg("link", link), fmt::arg("watchdog", watchdog_s),

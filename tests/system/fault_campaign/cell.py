@@ -25,8 +25,8 @@ from loops import (BAD_PV, CURRENT, ENABLE_OPEN, HIGH, KINDS, LOOP, LOW, RATE, R
                    SET_POINT, SPOILED, STOP, VALVE, make_loop, without_read_back)
 
 BAD_PV_S = 2.0  # from a bad PV to an output at its safe value; a silent PV is bad once older than `max_age`
-SLACK_S = 1.0  # beyond a stated time: two busy cores without real-time rights
-NOT_JUDGED_S = 0.3  # when this process itself was held up for longer, nothing is judged by time
+SLACK_S = 1.0  # beyond a stated time, because the machine has no real-time rights
+NOT_JUDGED_S = 0.3  # after a longer stall of this process, times are not judged
 
 CELL_KINDS = {
     "SIGSTOP, short": 4, "SIGSTOP, long": 4, "kill -9, restart": 4, "kill -9, --safe, restart": 3,
@@ -37,7 +37,7 @@ CELL_KINDS = {
     "helper thread hangs": 1}
 # They take a minute each, so there are few of them.
 HANG_S = 60.0
-# What a window, the routine or the twin raises; the others tell of what is injected here.
+# Alarms of a window, the routine or the twin; the others report the injected faults.
 VALVE_ALARMS = {"stiction", "backlash", "hysteresis", "low_air_supply", "unknown", "model_gap"}
 for what in [*HANGING, "all"]:
     CELL_KINDS[f"disk hangs 60 s, {what}"] = 0.2
@@ -114,7 +114,7 @@ class Cell:
         self.analog = [loop for loop in self.loops if loop.wiring == "analog"]
         self.results = []  # (kind, what the round held, failures)
         self.not_judged = 0
-        self.orders = []  # what the operator was told is on the disk
+        self.orders = []  # commands confirmed as written to the disk
         self.order_number = 0
         self.overdue = False
         self.lives = 0
@@ -141,14 +141,14 @@ class Cell:
             self.daemon.hear()
 
     def take_deeds(self):
-        """What the daemon did to its converters and lines since the last look."""
+        """Reads the daemon's writes to its converters and lines since the last call."""
         for at, source, value in self.daemon.board.deeds():
             for loop in self.analog:
                 if loop.device.take(source, value, at):
                     break
 
     def loop_text(self, loop, low=LOW, high=HIGH, rate=RATE, ki=0.4, stop=STOP, told=True):
-        """`told`: a read-back tells where the output stands, or nothing does."""
+        """`told`: a read-back reports the output, otherwise the output is unknown."""
         io = loop.io_text() if told else without_read_back(loop.io_text())
         return LOOP.format(name=loop.name, period=self.period, max_age=self.max_age, low=low,
                            high=high, rate=rate, ki=ki, stop=stop, recovery=self.recovery,
@@ -242,8 +242,8 @@ class Cell:
         files, threads, rss, _ = self.baseline
         found = []
         opened, segments = self.daemon.files()
-        # The connection of the operator may be open or closed, SQLite keeps a descriptor for the journal's next reader, and
-        # the journal may be saving what alarms remember.
+        # The connection of the operator may be open or closed. SQLite keeps a descriptor for the journal's next reader.
+        # The journal may be saving what alarms remember.
         if opened - segments > files[0] - files[1] + 3 or segments > len(self.loops):
             found.append(f"{opened} descriptors, {segments} of segments; {files[0]}, {files[1]} at first")
         now = len(os.listdir(f"/proc/{self.daemon.pid}/task"))
@@ -255,7 +255,7 @@ class Cell:
         return found
 
     def unexpected(self):
-        """What the devices have seen that must never be."""
+        """Returns observations of the devices that must never occur."""
         found = []
         for loop in self.loops:
             found += [f"{loop.name}: {v}" for v in loop.violations()][:3]
@@ -282,7 +282,7 @@ class Cell:
                 front.slowest_s = 0.0
             await self.wait(lasts)
             if kind == "reply in pieces":
-                # Slow but sound: no fault may come of it, where this machine let it come in time.
+                # The replies are slow but correct. They must cause no fault, provided this machine delivered them in time.
                 in_time = all(front.slowest_s < RESPONSE_S / 2 for front in victims)
                 self.not_judged += not in_time
                 state = (await self.status()).get(loop.name, {})
@@ -352,7 +352,7 @@ class Cell:
         return kind, failures
 
     async def stays_untouched(self, loops, seconds):
-        """Where nothing tells the output, nothing is done to the device, and no CO is shown."""
+        """If the output is unknown, the device is not written, and no CO is shown."""
         self.take_deeds()
         deeds = {loop: loop.device.deeds for loop in loops}
         await self.wait(seconds)
@@ -370,9 +370,9 @@ class Cell:
         return failures
 
     async def first_output(self, loop):
-        """The operator's order tells the output, arms the watchdog and reaches the device."""
+        """The operator's command defines the output, arms the watchdog and reaches the device."""
         output, device, end = self.random.uniform(2.0, 6.0), loop.device, time.monotonic() + 5.0
-        # It goes straight to where the operator says that it stands.
+        # The output moves directly to the commanded value.
         device.steps_allowed = True
         answer = None
         while time.monotonic() < end:
@@ -395,7 +395,7 @@ class Cell:
             await self.wait(lasts)
             line.plug()
         else:
-            # A response timeout of silence never comes in the second.
+            # A second of noise has no gap as long as the response timeout.
             pauses = (0.02, 0.5) if kind == "noise between frames" else (0.001, 0.01)
             await line.noise(*pauses, time.monotonic() + lasts)
 
@@ -430,7 +430,7 @@ class Cell:
             device.inputs.set_mode(device.PV_RAW, SOUND)
             device.text = None
         elif kind == "input hangs":
-            # With it the loop's I/O thread: nothing is put out, relay included, and the alive line stops.
+            # This stops the loop's I/O thread: no output is written, relay included, and the alive line stops.
             device.inputs.set_mode(device.PV_RAW, READ_HANGS)
             await self.wait(lasts)
             if long:
@@ -468,8 +468,8 @@ class Cell:
             if long and kind == "output not writable":
                 failures += await self.expect_fault(loop, {"output lost"})
             elif long and await self.write_errors(loop) <= refused and self.judged_by_time():
-                # The fault comes and goes: what the loop holds on to is what the converter holds.
-                failures.append("nobody noticed that the converter keeps its old value")
+                # The fault is raised and clears: the loop holds the value that the converter holds.
+                failures.append("not detected: the converter keeps its old value")
             device.outputs.set_mode(device.OUT_RAW, SOUND)
             await self.operator_moves(loop, SET_POINT)
         else:
@@ -479,7 +479,7 @@ class Cell:
     async def spoil_contact(self, loop, kind, lasts):
         rng, device, failures = self.random, loop.device, []
         if kind == "enable contact bounces":
-            # Bursts shorter than `debounce`, by a contact that is closed otherwise: nothing may come of it.
+            # Bursts shorter than `debounce`, by a contact that is closed otherwise: they must have no effect.
             begin, longest = time.monotonic(), 0.0
             while time.monotonic() < begin + lasts:
                 burst = time.monotonic()
@@ -552,7 +552,7 @@ class Cell:
             return [f"{loop.name}: PV is '{state.get('pv_reason')}' instead of '{reason}'"]
         ne107 = "function_check" if state.get("fault") == "enable open" else "failure"
         if state.get("ne107") != ne107 and reason != "frozen":
-            return [f"{loop.name}: NE 107 says '{state.get('ne107')}' while {state.get('fault')}"]
+            return [f"{loop.name}: NE 107 is '{state.get('ne107')}' while {state.get('fault')}"]
         if relay and loop.wiring == "analog" and loop.device.energised():
             return [f"{loop.name}: the alarm relay is energised while {state.get('fault')}"]
         return []
@@ -655,12 +655,12 @@ class Cell:
         return kind, failures
 
     async def untold(self):
-        """Waits until each loop says that nothing tells its output."""
+        """Waits until each loop reports that its output is unknown."""
         end, states = time.monotonic() + 10.0, {}
         while time.monotonic() < end:
             states = await self.status()
             if states and all(s.get("fault") == "output unknown" for s in states.values()):
-                return [f"{name}: NE 107 says '{s.get('ne107')}' with an unknown output"
+                return [f"{name}: NE 107 is '{s.get('ne107')}' with an unknown output"
                         for name, s in states.items() if s.get("ne107") != "function_check"]
             await asyncio.sleep(0.05)
         return [f"{name}: shows '{s.get('fault')}' with an unknown output" for name, s in states.items()
@@ -709,7 +709,7 @@ class Cell:
 
     async def run_safe(self):
         for loop in self.loops:
-            loop.device.steps_allowed = True  # --safe goes straight to the stop action, as it says
+            loop.device.steps_allowed = True  # --safe moves directly to the stop action, as documented
         code, text = await self.daemon.safe()
         self.take_deeds()
         for loop in self.loops:
@@ -752,7 +752,7 @@ class Cell:
             f"reload: {result['outcome']} instead of {outcomes}: {result['lines']}"]
 
     async def reload_by_command(self):
-        """What the daemon says of it once it is done."""
+        """Returns the daemon's status after it has finished."""
         answer = await self.daemon.ask({"request": "reload"})
         end = time.monotonic() + 10.0
         while answer and answer.get("ok") and time.monotonic() < end:
@@ -795,7 +795,7 @@ class Cell:
         return text.replace(old, new)
 
     async def change_meaning(self, changed):
-        """Of the loops whose numbers would mean something else nothing is applied, of the others all."""
+        """Loops whose numbers would change their meaning keep their configuration; all others get the new one."""
         rng = self.random
         kept = rng.sample(self.loops, rng.randint(1, len(self.loops)))
         for loop in self.loops:
@@ -849,7 +849,7 @@ class Cell:
         return failures + await self.reload("in_force")
 
     async def write_by_halves(self):
-        """A reload that comes while an editor writes sees half a file."""
+        """A reload during an editor's write reads half a file."""
         rng, failures = self.random, []
         loop = rng.choice(self.loops)
         text = self.loop_text(loop, high=rng.uniform(7.0, 9.5), ki=rng.uniform(0.1, 0.6))
@@ -1014,7 +1014,7 @@ class Cell:
         return await self.journal_works_again() + await self.recording_works_again(rows, csv)
 
     async def slow_disk(self, what):
-        """Nobody waits for it but who asked for what is to be on it: a Modbus master that acts on many alarms, an operator.
+        """Only requests that need the disk wait for it: a Modbus master that acts on many alarms, an operator.
         Meanwhile another master's heartbeats are answered, and none is missed."""
         daemon, failures = self.daemon, []
         loop = self.random.choice(self.loops)
@@ -1071,7 +1071,7 @@ class Cell:
         return await self.recording_works_again(rows, False)
 
     async def newest_line(self, text):
-        """The number of the journal's newest line with this text, 0: there is none."""
+        """Returns the number of the journal's newest line with this text, 0 if there is no such line."""
         for _ in range(50):
             answer = await self.daemon.ask({"request": "journal", "most": 1, "text": text})
             if answer and answer["ok"]:
@@ -1204,7 +1204,7 @@ class Cell:
         return (await self.status()).get(loop.name, {}).get("io", {}).get("write_errors", 0)
 
     async def operate(self):
-        """An order that goes to the journal; remembered if the daemon says that it is on the disk."""
+        """Sends a command that is written to the journal; stored if the daemon confirms that it is on the disk."""
         loop = self.random.choice(self.loops)
         self.order_number += 1
         reason = f"cell {self.index} order {self.order_number}"
@@ -1230,7 +1230,7 @@ class Cell:
         return [f"journal lacks '{order}', which was confirmed" for order in missing[:3]]
 
     def permissions(self):
-        """With the unit's umask: nothing for others but the metrics, the socket for owner and group."""
+        """With the unit's umask: other users have access only to the metrics, owner and group to the socket."""
         found = []
         for path in (self.folder / "state").rglob("*"):
             mode = stat.S_IMODE(path.lstat().st_mode)
@@ -1287,7 +1287,7 @@ class Cell:
             failures += await self.alarms_right() + self.leaks() + self.feeding()
             failures += await self.journal_works_again() if "journal" in "".join(failures) else []
         failures += self.unexpected() + self.journal_complete()
-        # What is seen after a round of several belongs to one of them: it is counted once.
+        # A fault observed after a round with several faults belongs to one of them: it is counted once.
         together = sorted({kind for kind, _ in injected})
         results = [(kind, [kind], own) for kind, own in injected]
         if failures:

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """4-20 mA: converters as Linux IIO shows them, in a folder of plain files, and the digital lines.
 
-Shares no code with the daemon. The shim in the daemon lets the files behave as sysfs's do (see there)
-and notes each write with its time: `deeds`. Behind the converter stands a relay that watches the alive
-line and cuts the positioner's supply, the only protection that a converter on the same board can have.
+Shares no code with the daemon. The shim in the daemon makes the files behave like those of sysfs (see there)
+and notes each write with its time: `deeds`. After the converter, a relay watches the alive line
+and cuts the positioner's supply. It is the only protection that a converter on the same board can have.
 """
 
 import math
@@ -15,13 +15,13 @@ from device import FAIL_SAFE, Device
 # Converter in: 16 bit over 250 ohm. Out: 12 bit, current.
 SHUNT_OHM, IN_MV, IN_OFFSET = 250.0, 0.1875, -12
 OUT_MA, OUT_HIGHEST_RAW = 0.0055, 4095
-LOWEST_MA, HIGHEST_MA = 3.8, 20.5  # of what is ever put out, but for the safe current
+LOWEST_MA, HIGHEST_MA = 3.8, 20.5  # of all outputs except the safe current
 PV_RANGE, CO_RANGE = (0.0, 12.0), (0.0, 10.0)  # at 4 and 20 mA
 HALF_PERIOD_S = 0.1  # of the alive line
-RELAY_S = 1.0  # without an edge of the alive line
-TEXT_BYTES = 8  # a number is written at once, at the same length, so that no reader sees half of it
+RELAY_S = 1.0  # longest time without an edge of the alive line
+TEXT_BYTES = 8  # each number is written in one call with the same length, so that no reader sees half of it
 
-# What an attribute refuses, as the shim understands its mode; all are marked by the sticky bit.
+# Refused operations of an attribute, coded in its file mode for the shim; the sticky bit marks all.
 SOUND, READ_FAILS, READ_HANGS, WRITE_FAILS, NOT_TAKEN = 0o1666, 0o1266, 0o1662, 0o1466, 0o1646
 
 
@@ -112,7 +112,7 @@ class AnalogDevice(Device):
         self.show()
 
     def plug_outputs(self, raw=0):
-        """A converter that comes back has forgotten what it put out."""
+        """A converter that is plugged in again has lost its output value."""
         self.outputs.plug({self.OUT_RAW: raw})
         self.command = self.output_of(raw)
 

@@ -22,8 +22,8 @@ libc = ctypes.CDLL(None, use_errno=True)
 libc.ptrace.argtypes = [ctypes.c_long, ctypes.c_long, ctypes.c_void_p, ctypes.c_void_p]
 
 
-# As in shim.c: three switches, the count of deeds, levels and refusals of the lines, the deeds, which
-# files hang and how many calls do, which are slow, how slow, and how many calls were.
+# The same layout as in shim.c: three switches; count of deeds; levels and refusals of the lines; the deeds;
+# files that hang and the number of hanging calls; slow files, their delay, and the number of calls.
 LINES, DEEDS, DEED = 16, 1024, struct.Struct("4q")
 COUNT_AT, LEVELS_AT = 24, 32
 REFUSALS_AT = LEVELS_AT + 8 * LINES
@@ -122,7 +122,7 @@ class Daemon:
         return code
 
     async def safe(self):
-        """What ExecStopPost does; returns exit code and text."""
+        """Runs the command of ExecStopPost; returns exit code and text."""
         child = await asyncio.create_subprocess_exec(
             self.program, "--config", str(self.folder / "config"), "--safe",
             env=self.environment_of_safe, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
@@ -130,7 +130,7 @@ class Daemon:
         return child.returncode, text.decode(errors="replace")
 
     def hear(self):
-        """Takes what the daemon told the service manager."""
+        """Receives the daemon's messages to the service manager."""
         while True:
             try:
                 message = self.notify.recv(4096).decode()
@@ -212,11 +212,11 @@ class Daemon:
         self.switches[16:24] = struct.pack("q", milliseconds)
 
     def disk_hangs(self, what):
-        """Opening, writing and syncing of these files waits; of none with an empty list."""
+        """Opening, writing and syncing of these files blocks; an empty list ends it."""
         struct.pack_into("q", self.switches, HANGS_AT, sum(HANGING[name] for name in what))
 
     def disk_takes(self, milliseconds, what):
-        """Each opening, renaming and syncing of these files takes so long; of none with an empty list."""
+        """Each opening, renaming and syncing of these files takes this long; an empty list ends it."""
         struct.pack_into("qq", self.switches, SLOW_AT, sum(HANGING[name] for name in what), milliseconds)
 
     def slow_calls(self):
@@ -230,7 +230,7 @@ class Daemon:
         resource.prlimit(self.pid, what, (hard if soft is None else soft, hard))
 
     def hang_thread(self, tid):
-        """Stops one thread of the daemon; the others go on. False where that is not allowed."""
+        """Stops one thread of the daemon; the others continue. Returns False if that is not permitted."""
         if libc.ptrace(PTRACE_SEIZE, tid, None, None) != 0:
             return False
         libc.ptrace(PTRACE_INTERRUPT, tid, None, None)

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """A plant with its valve, and the registers of a Modbus transmitter and positioner in front of it.
 
-Shares no code with the daemon. The positioner has a communication watchdog of its own and judges
-every command at the moment it arrives: finite, inside the limits, within the rate, and going on
-from where the valve stands. Registers of each unit:
+Shares no code with the daemon. The positioner has its own communication watchdog and judges
+every command when it arrives: finite, inside the limits, within the rate, and continuous
+with the valve's position. Registers of each unit:
 
   input   0 PV f32, 18 status (0 good), 20 valve position f32
   holding 0 command f32, 10 watchdog time u16 in tenths of a second, 0 off
@@ -24,11 +24,11 @@ KEPT_S = 6.0  # of the past
 
 
 class Limits:
-    """What the loop's file allows, and how late the daemon may know of the valve."""
+    """Limits of the loop's file, and the allowed age of the daemon's information about the valve."""
 
     def __init__(self, low, high, rate, knowledge_s, period_s):
         self.low, self.high, self.rate = low, high, rate
-        self.knowledge_s = knowledge_s  # s: a read-back may be so old when a command stands on it
+        self.knowledge_s = knowledge_s  # s: largest age of a read-back on which a command is based
         self.period_s = period_s
 
 
@@ -43,8 +43,8 @@ class Device:
         self.command = self.stem = start
         self.pv = GAIN * start
         self.on_the_way = collections.deque([start] * round(DEAD_TIME_S / STEP_S))
-        self.tripped = False  # the valve stands at its fail-safe position, by the watchdog
-        self.last_write = time.monotonic()  # of anything that the watchdog counts
+        self.tripped = False  # the watchdog has moved the valve to its fail-safe position
+        self.last_write = time.monotonic()  # last write that the watchdog counts
         self.last_command = self.last_write
         self.history = collections.deque()  # (time, stem, demand, PV)
         self.violations = []
@@ -63,7 +63,7 @@ class Device:
         return self.command
 
     def watch(self, now):
-        """The watchdog behind the loop."""
+        """Steps the device's watchdog."""
         raise NotImplementedError
 
     def step(self, now):
@@ -99,7 +99,7 @@ class Device:
         low, high = min(places), max(places)
         if value < min(limits.low, low) - self.TOLERANCE or value > max(limits.high, high) + self.TOLERANCE:
             self.violations.append(f"{value:.3f} beyond its limits {limits.low} to {limits.high}")
-        # Of the command: the watchdog's own register may have been written in between.
+        # Time since the last command, because the watchdog's own register may have been written in between.
         passed = now - self.last_command + 2 * limits.period_s + self.worst_tick_s
         step = limits.rate * min(passed, limits.knowledge_s + self.worst_tick_s)
         if self.steps_allowed:
@@ -114,7 +114,7 @@ class Device:
         """Whether a command may come at all."""
 
     def unprotected(self):
-        """In words, where commands ceased and the watchdog behind the loop has not acted."""
+        """Returns the failure in words if commands have ceased and the device's watchdog has not acted."""
         raise NotImplementedError
 
     def shown_wrong(self, state):
@@ -198,7 +198,7 @@ class ModbusDevice(Device):
 
     def unprotected(self):
         if self.watchdog_tenths == 0 and self.forgot_lately(time.monotonic()):
-            return []  # nobody has told it again yet: no protection is promised
+            return []  # not yet configured again: no protection is promised
         return [] if abs(self.command - FAIL_SAFE) <= 0.01 else ["the device's watchdog did not act"]
 
 
@@ -231,7 +231,7 @@ class ModbusUnit:
         return bytes([function | 0x80, 1])
 
     def spoiled_answer(self, pdu):
-        """The reply without its frame; None: there is none. What was asked for is done, unless lost."""
+        """Returns the reply without its frame; None: no reply. The request is carried out unless it is lost."""
         spoil = self.spoil
         if spoil == "lost_requests":
             return None

@@ -91,7 +91,7 @@ SPOILED = {
     "device exception": "exception", "write refused": "writes_refused",
     "echo of another write": "other_value", "silent link": "silent",
     "lost requests": "lost_requests", "connection reset": "reset", "reply in pieces": "in_pieces"}
-# Kind of fault -> what PV is then said to be; None: nothing can be told from it.
+# Kind of fault -> expected state of PV; None: not determined.
 SENSOR = {
     "sensor failed": "sensor failure", "sensor NaN": "not finite", "sensor infinite": "not finite",
     "sensor out of range": "out of range", "sensor stuck": "frozen", "sensor jumps": None,
@@ -99,7 +99,7 @@ SENSOR = {
 VALVE = ["valve not following", "valve sticks and slips"]
 MODBUS_DEVICE = ["device restart", "device forgets", "transmitter silent", "read-back NaN",
                  "device watchdog expires"]
-# Kind of fault -> current of the transmitter, mA, and what PV is then said to be.
+# Kind of fault -> current of the transmitter, mA, and expected state of PV.
 CURRENT = {
     "broken wire": ((0.0, 3.5), "sensor failure"), "current above NE 43": ((21.2, 24.0), "sensor failure"),
     "current between NE 43 limits": ((3.65, 3.75), "out of range")}
@@ -119,7 +119,7 @@ KINDS = {
 
 
 def without_read_back(text):
-    """The io section without what tells where the valve stands."""
+    """Returns the io section without the read-back."""
     kept, inside = [], None
     for line in text.splitlines(keepends=True):
         indent = len(line) - len(line.lstrip())
@@ -144,7 +144,7 @@ class Loop:
         return set()
 
     async def open(self):
-        """What the daemon reaches the device by is there."""
+        """Opens the ports through which the daemon reaches the device."""
 
     def io_text(self):
         raise NotImplementedError
@@ -159,7 +159,7 @@ class Loop:
 
 
 class TcpLoop(Loop):
-    """Transmitter and positioner behind one connection, or behind two."""
+    """Transmitter and positioner on one connection, or on two."""
 
     wiring = "tcp"
 
@@ -244,7 +244,7 @@ def make_loop(i, index, seed, folder, board, period, rng):
     name, seed = f"FIC-{101 + i}", f"{seed}/{index}/{i}"
 
     def limits(poll_s, reply_s):
-        # A read-back may be so old when a command that stands on it arrives.
+        # Largest age of the read-back on which an arriving command is based.
         return Limits(LOW, HIGH, RATE, 4 * poll_s + reply_s + 0.15, poll_s)
 
     if i % 4 < 2:

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Modbus RTU on a pseudo-terminal: the line, its adapter, and the units on it.
 
-Own framing and check sum. The daemon opens the line by a symbolic link, as /dev/serial/by-id is one;
-an adapter that is unplugged takes link and terminal away and comes back with another terminal.
+Framing and check sum are written separately from the daemon. The daemon opens the line by a symbolic link, like those in
+/dev/serial/by-id. An unplugged adapter removes link and terminal, and returns with another terminal.
 A request is carried out when it arrives; replies leave in the order of their requests.
 """
 
@@ -13,7 +13,7 @@ import tty
 
 from device import ModbusUnit
 
-BROKEN_OFF_S = 0.1  # what is left of a request after so long belongs to none
+BROKEN_OFF_S = 0.1  # an incomplete request is dropped after this time
 
 
 def crc16(data):
@@ -141,7 +141,7 @@ class SerialLine:
         try:
             os.write(self.master, data)
         except BlockingIOError:
-            pass  # nobody reads: lost, as in a UART
+            pass  # without a reader the bytes are lost, as in a UART
 
     async def send_replies(self, queue):
         while True:
@@ -170,7 +170,7 @@ class SerialLine:
                 self.queue.put_nowait((unit, reply))
 
     async def noise(self, shortest_s, longest_s, until):
-        """Bytes that nobody sent, with so long between them."""
+        """Sends bytes of no request, with this time between them."""
         while time.monotonic() < until:
             self.send(self.random.randbytes(self.random.randint(1, 8)))
             await asyncio.sleep(self.random.uniform(shortest_s, longest_s))

@@ -165,8 +165,7 @@ TEST_CASE("the pictures show the record's own times, also after a cut-off beginn
       .from_s = 40.0,
       .to_s = 40.0 + 999.0 * kPeriod_s,
       .period_s = kPeriod_s,
-      .diagnosis =
-          diagnosis::diagnose({.pv = pv, .co = co, .sp = {}, .sample_time_s = kPeriod_s}, {})};
+      .diagnosis = diagnosis::diagnose({.period_s = kPeriod_s, .pv = pv, .co = co}, {})};
   const std::vector<double> times = workbench::sample_times(window);
   REQUIRE(times.size() == window.diagnosis.prepared.raw_pv.size());
   CHECK(times.front() == 40.0 + kDead * kPeriod_s);

@@ -69,7 +69,7 @@ TEST_CASE("the example's tags become files that check accepts", "[discover][prog
               "TIC410.yaml.incomplete: sure: loop, process_variable.unit, output.unit, "
               "output.range, pv, co, sp; guessed: sample_time; missing: "
               "process_variable.range: [lower, upper end] of PV"));
-  CHECK(holds(made.text, "tags of no loop, 1: 'TI411'"));
+  CHECK(holds(made.text, "1 tag belongs to no loop: 'TI411'"));
   CHECK(holds(made.text, "4 of 4 loops written"));
   CHECK_FALSE(holds(made.text, "needs: feeders"));
   const ShellOutcome checked = site.loopwarden("check " + site.folder.path().string());
@@ -96,7 +96,7 @@ TEST_CASE("files that exist stay as they are", "[discover][program]") {
   CHECK(fs::is_symlink(site.folder / "loops.d/FIC206.yaml"));
   CHECK_FALSE(fs::exists(site.folder / "nowhere"));
   CHECK_FALSE(fs::exists(site.folder / "loops.d/TIC410.yaml.incomplete"));
-  CHECK(holds(made.text, "loops.d/FIC205.yaml: is there and stays as it is"));
+  CHECK(holds(made.text, "loops.d/FIC205.yaml: exists; not changed"));
   CHECK(holds(made.text, "1 of 4 loops written"));
   const std::string before = site.text("LIC301.yaml");
   const ShellOutcome again = site.discover(tags);
@@ -116,7 +116,7 @@ TEST_CASE("node ids go to a file for loopwarden-opcua", "[discover][program]") {
   CHECK(std::count(text.begin(), text.end(), '\n') == 1 + 4 + 3 + 3 + 2);
   const ShellOutcome again = site.discover(example + nodes);
   CHECK(again.exit_code == 65);
-  CHECK(holds(again.text, "nodes.yaml: is there and stays as it is"));
+  CHECK(holds(again.text, "nodes.yaml: exists; not changed"));
   // Loops with existing files have nodes as well.
   CHECK(site.discover(example + " --nodes " + site.path("again.yaml")).exit_code == 65);
   CHECK(read_file(site.folder / "again.yaml") == text);
@@ -204,7 +204,7 @@ TEST_CASE("loops that can't get a unique tag are reported", "[discover][program]
   INFO(made.text);
   CHECK(made.exit_code == 0);
   CHECK(holds(made.text, "A-F1: another loop has this tag"));
-  CHECK(holds(made.text, "no tag of 1 to 32 letters; a rule"));
+  CHECK(holds(made.text, "has no tag of 1 to 32 letters. Set one"));
   CHECK(site.files() == 2);
   CHECK(fs::exists(site.folder / "loops.d/F2.yaml.incomplete"));
 }

@@ -12,16 +12,17 @@
 namespace loopwarden::tests::effects_test {
 namespace {
 
-const std::string kDocs = LOOPWARDEN_SOURCE_DIR "/docs/";
+const std::string kDocs = LOOPWARDEN_SOURCE_DIR "/docs/reference/";
 
-TEST_CASE("docs/effects.md matches the catalogue", "[effects]") {
-  INFO("to bring it up to date: bin/loopwarden effects --out docs");
+TEST_CASE("docs/reference/effects.md matches the catalogue", "[effects]") {
+  INFO("to bring it up to date: bin/loopwarden effects --out docs/reference");
   CHECK((read_file(kDocs + "effects.md") == workbench::effects_markdown()));
 }
 
-TEST_CASE("the pictures in docs/ match the simulation", "[effects]") {
+TEST_CASE("the pictures of the effects match the simulation", "[effects]") {
   for (const effects::Example& example : workbench::effect_examples()) {
-    INFO("to bring " << example.file << ".svg up to date: bin/loopwarden effects --out docs");
+    INFO("to bring " << example.file
+                     << ".svg up to date: bin/loopwarden effects --out docs/reference");
     const std::string picture = read_file(kDocs + "pictures/effects/" + example.file + ".svg");
     CHECK((picture == workbench::effect_picture_svg(example)));
     CHECK(picture.size() < 40'000);

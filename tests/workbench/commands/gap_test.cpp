@@ -98,7 +98,8 @@ TEST_CASE("gap writes its result, and a corrected model that simulates", "[gap][
 TEST_CASE("gap without a model identifies one, and reports its assumptions", "[gap][program]") {
   const Case one;
   const std::string out = one.path("result");
-  const ShellOutcome outcome = loopwarden("gap " + one.path("record.csv") + " --out " + out);
+  const ShellOutcome outcome =
+      loopwarden("gap " + one.path("record.csv") + " --verbose --out " + out);
   INFO(outcome.text);
   REQUIRE(outcome.exit_code == 0);
   CHECK(outcome.text.find("assumed: ") != std::string::npos);

@@ -111,7 +111,6 @@ json result(const std::string& tag, const std::string& verdict, const json& caus
   record::Record record;
   record.period_s = 10.0;
   record.pv = pv;
-  record.has_co = true;
   for (std::size_t k = 0; k < pv.size(); ++k) {
     record.time_s.push_back(10.0 * static_cast<double>(k));
     record.co.push_back(50.0);

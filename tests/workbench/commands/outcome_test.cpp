@@ -145,7 +145,7 @@ TEST_CASE("the fitter's finding is kept, shown by the next survey, and exported 
   const json listed = json::parse(loopwarden("outcome --list --json" + at).text);
   CHECK(listed["outcomes"][0]["tag"] == "FIC2");
 
-  // A rejected finding is held back.
+  // A rejected finding is suppressed.
   REQUIRE(loopwarden("outcome FIC2 --found nothing" + at).exit_code == 0);
   REQUIRE(loopwarden(site.survey() + " --outcomes " + site.path("s/outcomes.csv")).exit_code == 0);
   for (const json& loop : read_json(site.folder() / "s/survey.json")["loops"])
@@ -161,7 +161,7 @@ TEST_CASE("the fitter's finding is kept, shown by the next survey, and exported 
   const record::Record r = record::read_record(site.folder() / "a/record-0002.csv");
   CHECK(r.time_s.front() == 0.0);
   CHECK(r.size() == 3601);
-  CHECK(r.has_mode);
+  CHECK(!r.automatic.empty());
   CHECK(r.pv.front() == Approx(45.0).margin(1.0));  // 18 of 0 to 40
   CHECK(r.co.front() == Approx(50.0).margin(1.0));  // 12 of 4 to 20
   for (const auto& entry : fs::directory_iterator(site.folder() / "a")) {

@@ -9,6 +9,7 @@
 
 #include "model/watch/loop_monitor.hpp"
 #include "config/evidence_file/evidence_file.hpp"
+#include "model/watch/limits.hpp"
 #include "record/record_csv.hpp"
 #include "tests/support/biased_specialists.hpp"
 #include "tests/support/shell.hpp"
@@ -186,7 +187,7 @@ TEST_CASE("replayed routine evidence has the same verdict; a different one is re
     }
   }
   REQUIRE(e.routine);
-  CHECK(e.pv.size() == 2 * watch::RoutineWatch::kSamples);
+  CHECK(e.pv.size() == 2 * watch::WatchLimits::kRoutineSamples);
   CHECK(e.sample_time_s == 10.0);
   CHECK(e.routine->sum_before > 0.0);
   CHECK(e.routine->sum > e.routine->sum_before);

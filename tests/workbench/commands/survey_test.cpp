@@ -371,7 +371,7 @@ TEST_CASE(
   const std::string own =
       read_file(plant.folder() / "one/pages" /
                 ("0001-" + survey["loops"][0]["tag"].get<std::string>() + ".html"));
-  for (const char* part : {"2026-03-01 10:00", "in nine of ten cases", "SP crossings /h",
+  for (const char* part : {"2026-03-01 10:00", "90 % interval", "SP crossings /h",
                            "<dt>Clock</dt><dd>UTC</dd>", "\"start_s\":1772359200.0"}) {
     INFO(part);
     CHECK(own.find(part) != std::string::npos);
@@ -443,10 +443,10 @@ TEST_CASE("import and survey end with 65 for unreadable files, and the counts ad
   for (const std::string& text : alone)
     CHECK(text.find("values.json: JSON is not read") != std::string::npos);
   for (const std::size_t k : {0UL, 1UL})
-    CHECK(alone[k].ends_with("\n2 of 2 files read, 3 of 3 loops; 1 file passed over\n"));
+    CHECK(alone[k].ends_with("\n2 of 2 files read, 3 of 3 loops; 1 file skipped\n"));
   CHECK(alone[2].ends_with(
       "\n2 files: 2 read, 0 could not be read; 2 loops: 0 judged, 2 from an earlier run, 0 could "
-      "not be read; 1 loop without PV or CO; 1 file passed over\n"));
+      "not be read; 1 loop without PV or CO; 1 file skipped\n"));
   // An earlier day of a loop, with a broken row.
   std::string day = "Timestamp,FIC101.PV,FIC101.OP\n";
   for (int k = 0; k < 500; ++k) {
@@ -459,21 +459,21 @@ TEST_CASE("import and survey end with 65 for unreadable files, and the counts ad
   const auto in_part = all(0, 65, 65);
   CHECK(in_part[1].ends_with(
       "\n2 of 3 files read, 3 of 3 loops; 1 file could not be read: see above; "
-      "1 loop read without some of the files; 1 file passed over\n"));
+      "1 loop read without some of the files; 1 file skipped\n"));
   for (int again = 0; again < 2; ++again) {
     const ShellOutcome more = loopwarden("survey " + folder + " --out " + plant.path("s"));
     CHECK(more.exit_code == 65);
     CHECK(more.text.ends_with(
         "\n3 files: 2 read, 1 could not be read; 2 loops: 0 judged, 2 from an earlier run, 0 could "
         "not be read; 1 loop judged without some of the files; 1 "
-        "loop without PV or CO; 1 file passed over\n"));
+        "loop without PV or CO; 1 file skipped\n"));
   }
   fs::remove(plant.folder() / "e/day.csv");
   // A file that is no export, and a loop with a cell that is no number.
   write_file(plant.folder() / "e/b.csv", "not an export\n");
   CHECK(
       all(65, 65, 65)[1].ends_with("\n2 of 3 files read, 3 of 3 loops; 1 file could not be read: "
-                                   "see above; 1 file passed over\n"));
+                                   "see above; 1 file skipped\n"));
   // The same if the file is named on the command line.
   const ShellOutcome named =
       loopwarden("import " + plant.path("e/b.csv") + " " + plant.path("e/a.csv") + " --check");
@@ -490,7 +490,7 @@ TEST_CASE("import and survey end with 65 for unreadable files, and the counts ad
   CHECK(imported.exit_code == 65);
   CHECK(
       imported.text.ends_with("\n2 of 2 files read, 2 of 3 loops; 1 loop could not be read: see "
-                              "above; 1 file passed over\n"));
+                              "above; 1 file skipped\n"));
   const ShellOutcome surveyed = loopwarden("survey " + folder + " --out " + plant.path("s2"));
   INFO(surveyed.text);
   CHECK(surveyed.exit_code == 65);

@@ -166,7 +166,7 @@ TEST_CASE("unsuitable models and records are refused with the place", "[workbenc
   const ShellOutcome level = loopwarden("train " + (folder / "level.yaml").string() + out);
   INFO(level.text);
   CHECK(level.exit_code == 78);
-  CHECK(level.text.find("not integrating ones") != std::string::npos);
+  CHECK(level.text.find("not for integrating ones") != std::string::npos);
   write_file(folder / "s/labels.csv", "file,class,plant,role\nx.csv,sticktion,P1,training\n");
   const ShellOutcome unknown = loopwarden("train --signatures " + (folder / "s").string() + out);
   CHECK(unknown.exit_code == 65);

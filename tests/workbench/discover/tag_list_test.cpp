@@ -65,7 +65,7 @@ TEST_CASE("errors of a list are reported by line and column", "[discover]") {
   REQUIRE(list.tags.size() == 1);
   CHECK(list.tags[0].node == "a");
   REQUIRE(list.notes.size() == 3);
-  CHECK(list.notes[0] == "t.csv:3: no tag, name, address or node: passed over");
+  CHECK(list.notes[0] == "t.csv:3: no tag, name, address or node: skipped");
   CHECK(list.notes[2] == "t.csv:5: 'F.PV' is already in line 2, which is used");
 }
 
@@ -81,7 +81,7 @@ TEST_CASE("the output of loopwarden-opcua browse is a tag list; its text nodes a
   CHECK(list.tags[0].node == "nsu=urn:p;s=1");
   CHECK(list.tags[1].name == "Area.FIC1.OP");
   CHECK(list.notes ==
-        std::vector<std::string>{"t.csv: 1 tags are no numbers by their data_type: passed over"});
+        std::vector<std::string>{"t.csv: 1 tags are no numbers by their data_type: skipped"});
 }
 
 TEST_CASE("a file is read in the usual encodings of exports", "[discover]") {

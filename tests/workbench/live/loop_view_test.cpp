@@ -48,10 +48,10 @@ TEST_CASE("alarms that can't be raised at present are shown as no fault", "[work
   answer.push_back(alarm("suppressed", true));
   CHECK(suppressed_note(answer).empty());
   answer.push_back(alarm("suppressed", false));
-  CHECK(suppressed_note(answer).find("1 alarm can't be raised at present, which is no fault: "
+  CHECK(suppressed_note(answer).find("1 alarm cannot be raised at present. This is normal: "
                                      "windows are still filling") == 0);
   answer.push_back(alarm("suppressed", false));
-  CHECK(suppressed_note(answer).find("2 alarms can't be raised") == 0);
+  CHECK(suppressed_note(answer).find("2 alarms cannot be raised") == 0);
 }
 
 TEST_CASE("the details of a loop show the numbers of its status", "[workbench][top]") {
@@ -81,11 +81,11 @@ TEST_CASE("the twin's state has a line in addition to its alarm", "[workbench][t
                       .load_outside = {{.size = 0.62, .since_s = 720.0}},
                       .controller_not_watched = "something else moves it",
                       .untested = {{"lag", 5400.0, false}}};
-  CHECK(
-      loop_details(one).at(2) ==
-      "twin: not judged here (PV or CO is where the healthy record never was)   load outside +0.62 "
-      "L/min for 12 min   controller not watched: something else moves it   last tested: lag not "
-      "in 90 min since the start");
+  CHECK(loop_details(one).at(2) ==
+        "twin: not judging (PV or CO outside the commissioned range)   disturbance +0.62 L/min "
+        "outside the commissioned range for 12 min   controller not watched: something else moves "
+        "it   last tested: lag not "
+        "in 90 min since the start");
 }
 
 TEST_CASE("the details show who commissions a loop, since when, and when that times out",
@@ -93,13 +93,12 @@ TEST_CASE("the details show who commissions a loop, since when, and when that ti
   protocol::LoopStatus one = loop("FIC-101");
   CHECK(loop_table({one}, 0).at(1).find("commissioned") == std::string::npos);
   one.commissioning = {.by = "uid 0", .since_ms = 1'800'000'000'000, .ends_in_s = 57.4};
-  CHECK(loop_table({one}, 0).at(1).find("being commissioned by uid 0") != std::string::npos);
-  CHECK(
-      loop_details(one).at(2) ==
-      "being commissioned by uid 0 since 2027-01-15T08:00:00Z: out of service for everybody else, "
-      "but for manual; ends in 57 s without a sign of life");
+  CHECK(loop_table({one}, 0).at(1).find("in maintenance by uid 0") != std::string::npos);
+  CHECK(loop_details(one).at(2) ==
+        "in maintenance by uid 0 since 2027-01-15T08:00:00Z; other users can only select manual; "
+        "ends in 57 s if the session stays silent");
   one.commissioning->ends_in_s = 0.0;
-  CHECK(loop_details(one).at(2).ends_with("no sign of life: goes to its stop action"));
+  CHECK(loop_details(one).at(2).ends_with("session silent: stop action"));
 }
 
 TEST_CASE("a loop with an unknown output is not shown as running", "[workbench][top]") {

@@ -14,7 +14,7 @@ using record::Role;
 using workbench::read_format_text;
 
 TEST_CASE("the example of the document is accepted unchanged, and names every key", "[import]") {
-  const std::string page = read_file(LOOPWARDEN_SOURCE_DIR "/docs/import.md");
+  const std::string page = read_file(LOOPWARDEN_SOURCE_DIR "/docs/reference/import-formats.md");
   const std::size_t begin = page.find("```yaml\n") + 8;
   const std::string example = page.substr(begin, page.find("```", begin) - begin);
   const auto format = read_format_text("f.yaml", example);

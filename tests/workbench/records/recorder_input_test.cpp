@@ -87,7 +87,7 @@ class RecordedLoop {
       row.pv = r.pv[k];
       row.co = r.co[k];
       row.stem = std::nan("");
-      row.mode = 1;
+      row.mode = control::Mode::automatic;
       writer.append({&row, 1});
     }
   }
@@ -122,7 +122,8 @@ TEST_CASE("a model identified by gap has the daemon's ranges", "[records][progra
   const ShellOutcome made = loop.of_recorder("gap");
   INFO(made.text);
   REQUIRE(made.exit_code == 0);
-  CHECK(made.text.find("PV runs from 0 to 40, as given") != std::string::npos);
+  CHECK(tests::read_file(loop.path("out/model.assumed.yaml"))
+            .find("PV runs from 0 to 40, as given") != std::string::npos);
   const auto model = config::read_model_file(loop.path("out/model.assumed.yaml"));
   REQUIRE(model);
   CHECK(model->transmitter.high == 40.0);

@@ -114,13 +114,13 @@ void check_page(const gap::Result& result) {
 TEST_CASE("the page shows both floors, and what the remaining error follows", "[report]") {
   gap::Result result = complete_gap_result();
   const std::string page = page_of(result);
-  CHECK(contains(page, "Noise floor, transmitter and load</dt><dd><b>0.012 and 0.005</b>"));
-  CHECK(contains(page, "what is left does not follow SP or CO"));
+  CHECK(contains(page, "Noise floor, transmitter and disturbance</dt><dd><b>0.012 and 0.005</b>"));
+  CHECK(contains(page, "the remaining error does not follow SP or CO"));
   // 0.33^2 - 0.021^2 of 0.33^2 - 0.012^2, and of 0.33^2 - 0.013^2
   CHECK(contains(page, "99.7 % against the transmitter's floor alone"));
   CHECK(contains(page, "it follows SP and CO"));
-  result.floor = {.transmitter_rmse = 0.012, .why_not_tested = "SP stands there"};
-  CHECK(contains(page_of(result), "can't be tested for a load: SP stands there"));
+  result.floor = {.transmitter_rmse = 0.012, .why_not_tested = "SP is constant there"};
+  CHECK(contains(page_of(result), "cannot be tested for a disturbance: SP is constant there"));
 }
 
 TEST_CASE("the report shows all findings, with the sentence first", "[gap][report]") {
@@ -183,9 +183,9 @@ TEST_CASE("the located moments are shaded and the held-out part is marked", "[ga
   CHECK(data.at("held_from_s").get<double>() == Approx(time[400]));
   // The printed picture has them as well.
   CHECK(contains(page, "fill-opacity=\"0.24\""));
-  CHECK(contains(page, "<title>held back</title>"));
+  CHECK(contains(page, "<title>held out</title>"));
   result.holdout_from_s = 0.0;
-  CHECK_FALSE(contains(page_of(result), "<title>held back</title>"));
+  CHECK_FALSE(contains(page_of(result), "<title>held out</title>"));
   CHECK(data_of(page_of(result)).at("held_from_s").is_null());
 }
 
@@ -268,7 +268,7 @@ TEST_CASE("a record that is not stored appears in no command", "[gap][report]") 
   context.record_stays = false;
   const std::string html = gap_report_html(result, context);
   CHECK_FALSE(contains(html, "loopwarden gap record.csv"));
-  CHECK(contains(html, "it is not kept"));
+  CHECK(contains(html, "the record is not stored"));
 }
 
 TEST_CASE("100 000 samples make a page below a megabyte", "[gap][report]") {

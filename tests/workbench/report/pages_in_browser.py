@@ -3,8 +3,8 @@
 """Tests the pages of loopwarden in a real browser (Debian's chromium, headless), from file://.
 
 Usage: tests/workbench/report/pages_in_browser.py [--all] [--keep DIR]
-Without --all: the report of gap. It opens without an error on the console, zooms by button, mouse and key for all
-plots at once, shows values under the cursor, has its tables, prints, and fits 390 pixels.
+Without --all: the report of gap. It opens without an error on the console, and zooms by button, mouse and key for all
+plots at once. It shows values under the cursor, has its tables, prints, and fits 390 pixels.
 --all adds every other page, light and dark, and the report of examples/gap-example.
 --keep: folder for screenshots and PDFs. Exit code 1: a check failed. 74: no program or browser.
 """

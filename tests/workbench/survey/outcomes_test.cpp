@@ -122,7 +122,7 @@ TEST_CASE("a rejected finding is ranked below the others until its size has grow
   CHECK(first_of(valve_loop("F1", 5.9)) == "F2");
   CHECK(first_of(valve_loop("F1", 6.0)) == "F1");
   CHECK(first_of(valve_loop("F1", 4.0, "backlash")) == "F1");
-  // A confirmed finding is not held back.
+  // A confirmed finding is not suppressed.
   const json survey = join_survey({valve_loop("F1", 4.0)}, json::array(),
                                   {answer(valve_loop("F1", 4.0), AtValve::stiction)});
   CHECK(survey["loops"][0]["held_back"] == false);

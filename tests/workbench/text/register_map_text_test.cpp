@@ -45,8 +45,8 @@ nlohmann::json node_of(const std::string& flow, const std::string& id) {
 
 }  // namespace
 
-TEST_CASE("docs/modbus-map.md and .csv match the table", "[register_map]") {
-  const std::string folder = LOOPWARDEN_SOURCE_DIR "/docs/";
+TEST_CASE("docs/reference/modbus-map.md and .csv match the table", "[register_map]") {
+  const std::string folder = LOOPWARDEN_SOURCE_DIR "/docs/reference/";
   if (std::getenv("LOOPWARDEN_REGENERATE") != nullptr) {
     tests::write_file(folder + "modbus-map.md", map_markdown());
     tests::write_file(folder + "modbus-map.csv", map_csv({}));

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// The figures of an alarm system against the targets of ISA-18.2 for one operator. Pure.
+// Compares the figures of an alarm system with the targets of ISA-18.2 for one operator. Pure.
 
-// What the standard bears; `top_percent`: of all alarms that came.
+// Targets of the standard; `top_percent`: share of all raised alarms.
 export const TARGETS = {per_hour: 6, most_in_10_min: 10, flood_percent: 1, chattering: 0, stale: 5, top_percent: 5};
 
-// [key, value, whether it is as it should be] of the daemon's answer. With too few alarms to judge by a share, shares are not judged: null.
+// Returns [key, value, whether it meets its target] for the daemon's answer. The last is null for a share if there are too few alarms to judge it.
 const FEW = 100;
 export function figuresOf(answer) {
   const {top, came} = answer, most = top.length ? Math.max(...top.map(({percent}) => percent)) : null;
@@ -20,5 +20,5 @@ export function figuresOf(answer) {
   ];
 }
 
-// Whether the journal reaches back less than was asked for.
+// Whether the journal covers less than the requested time.
 export const reachesLess = (answer, hours) => answer.to_ms - answer.from_ms < 3_600_000 * hours - 1000;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Requests to the page's own server.
+// Sends requests to the page's own server.
 import {person} from './person.js';
 
 export class ApiError extends Error {
@@ -13,7 +13,7 @@ export class ApiError extends Error {
 let csrf = '';
 export const keepCsrf = (token) => { csrf = token; };
 
-// Told where an answer says that nobody is logged in any longer.
+// Called when an answer reports that the session has ended.
 export const onLost = {act: () => {}};
 
 async function answer(response) {
@@ -21,7 +21,7 @@ async function answer(response) {
   try {
     body = await response.json();
   } catch {
-    // An answer without JSON says as much as its status.
+    // Without JSON in the answer, its status is the message.
   }
   if (response.ok) return body;
   const wait = response.headers.get('Retry-After');
@@ -30,7 +30,7 @@ async function answer(response) {
 
 async function ask(path, options) {
   const response = await fetch(path, {...options, credentials: 'same-origin', headers: {...options.headers, ...person.headers(performance.now()), Accept: 'application/json'}});
-  // A wrong password is no session that ended.
+  // A wrong password is not the end of a session.
   if (response.status === 401 && path !== '/api/login') onLost.act();
   return answer(response);
 }
@@ -42,7 +42,7 @@ export const post = (path, body, signal) => ask(path, {method: 'POST', signal, b
 
 export const loopPath = (tag, ...more) => ['/api/loops', tag, ...more].map((part, i) => (i ? encodeURIComponent(part) : part)).join('/');
 
-// "?a=1&b=2" of what has a value.
+// Returns "?a=1&b=2" for the members that have a value.
 export function query(values) {
   const pairs = Object.entries(values).filter(([, value]) => value !== null && value !== undefined && value !== '');
   return pairs.length ? `?${new URLSearchParams(pairs)}` : '';

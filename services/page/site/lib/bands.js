@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// When an alarm's condition was on, from the journal's lines. Pure.
+// Finds from the journal's lines when an alarm's condition was on. Pure.
 import {priority} from './codes.js';
 
 const ON = new Set(['unacknowledged', 'acknowledged']);
-// What lies under shelf and suppression is not in the line: the condition stays as it was.
+// A line doesn't report the condition of a shelved or suppressed alarm: the condition is taken as unchanged.
 const UNTOLD = new Set(['shelved', 'suppressed']);
 
-// `lines`: newest first. `standing`: the loop's alarms now. Gives {alarm, from_ms, to_ms (null: still on)}, the oldest first.
+// `lines`: newest first. `standing`: the loop's present alarms. Returns {alarm, from_ms, to_ms (null: still on)}, oldest first.
 export function bandsOf(lines, standing) {
   const bands = [], open = new Map();
   for (const line of [...lines].reverse()) {
@@ -19,7 +19,7 @@ export function bandsOf(lines, standing) {
     } else if (open.has(line.alarm)) {
       open.get(line.alarm).to_ms = line.utc_ms;
       open.delete(line.alarm);
-    } else if (ON.has(line.from)) { // it came before the lines begin
+    } else if (ON.has(line.from)) { // raised before the first line
       bands.push({alarm: line.alarm, from_ms: -Infinity, to_ms: line.utc_ms});
     }
   }
@@ -31,7 +31,7 @@ export function bandsOf(lines, standing) {
   return bands.sort((a, b) => a.from_ms - b.from_ms);
 }
 
-// A lane for each, so that bands of the same time lie below each other. Adds `lane` and gives how many there are.
+// Assigns a lane to each band, so that bands of the same time are below each other. Adds `lane` and returns the number of lanes.
 export function lanes(bands) {
   const ends = [];
   for (const band of bands) {
@@ -43,7 +43,7 @@ export function lanes(bands) {
   return ends.length;
 }
 
-// What is seen of some loops in a span, each with `lane`, `label` and `priority`. lines: by tag; standing: all alarms that are there.
+// Returns the bands of some loops in a span, each with `lane`, `label` and `priority`. lines: by tag; standing: all present alarms.
 export function bandsIn(tags, lines, standing, [from, to], severe_percent, nameOf) {
   const bands = tags.flatMap((tag) => {
     const its = standing.filter((alarm) => alarm.loop === tag);

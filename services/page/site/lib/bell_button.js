@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The head's bell: its state in a word, its wishes in a dialog, and the question that is asked once.
+// The bell in the head: its state in a word, a dialog for its settings, and a question that is asked once.
 import {Bell, PRIORITIES} from './bell.js';
 import {allowSound, askToNotify, mayNotify, maySound, notify, sound} from './bell_sound.js';
 import {ask, field} from './dialog.js';
@@ -11,7 +11,7 @@ const t = texts.bell;
 const MINUTES = [5, 15, 30, 60];
 
 export class BellButton {
-  // timeText(ms): on the wall's clock.
+  // timeText(ms): formats a time on the wall's clock.
   constructor(timeText) {
     this.timeText = timeText;
     this.bell = new Bell({recall, remember}, {sound, notify});
@@ -19,11 +19,11 @@ export class BellButton {
     this.node = el('button', {type: 'button', class: 'bell plain', hidden: true, click: () => this.#choose()}, icon('alarms'), this.word);
     this.question = el('div', {class: 'question', hidden: true, role: 'region', 'aria-label': t.title}, el('span', {}, t.ask),
       el('button', {type: 'button', click: () => this.#choose()}, t.choose), el('button', {type: 'button', class: 'plain', click: () => this.#wish('off')}, t.no));
-    // A browser that was told before may sound again with the first click or key in this tab, and after it took that back with the next.
+    // After an earlier consent, the first click or key in this tab enables sound again. After the browser revoked it, the next one does.
     for (const hand of ['pointerup', 'keydown']) addEventListener(hand, () => { if (this.bell.wish !== 'off' && !maySound()) this.#wake(); }, {capture: true});
   }
 
-  // calls: as Bell.take() has them. there: whether somebody is logged in at a box.
+  // calls: as Bell.take() has them. there: whether a user is logged in at a box.
   update(calls, there) {
     this.there = there;
     this.bell.take(there ? calls : null, Date.now());
@@ -61,7 +61,7 @@ export class BellButton {
       accept: async (data) => {
         const wish = String(data.get('wish')), minutes = data.get('silence');
         if (wish !== 'off') {
-          this.#wake(); // not waited for: where no device is a browser may never answer
+          this.#wake(); // without await: a browser without a sound device may never answer
           await askToNotify();
         }
         if (minutes !== 'as') this.bell.silence(minutes === '0' ? null : Date.now() + 60_000 * Number(minutes));

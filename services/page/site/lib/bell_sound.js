@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a browser sounds and notifies with. Both need a hand of the reader's first.
+// Plays sounds and shows notifications. Both need a click or key of the user first.
 
 let audio = null;
 
-// By a click or key: browsers let no page sound without one. changed(): whether it may sound is another by now, also since the browser
-// took it back. Where there is no sound at all nothing happens.
+// Enables sound after a click or key, because browsers let no page sound without one. changed(): whether sound is allowed has changed, also because
+// the browser revoked it. Has no effect in a browser without sound.
 export async function allowSound(changed = () => {}) {
   try {
     if (!audio) {
@@ -13,7 +13,7 @@ export async function allowSound(changed = () => {}) {
     }
     await audio.resume();
   } catch {
-    // maySound() says so.
+    // maySound() returns whether sound is allowed.
   }
 }
 
@@ -21,7 +21,7 @@ export const maySound = () => audio?.state === 'running';
 export const mayNotify = () => globalThis.Notification?.permission === 'granted';
 export const askToNotify = async () => { if (globalThis.Notification?.permission === 'default') await Notification.requestPermission(); };
 
-// Two tones, the second higher: heard beside machines, and no word.
+// Two tones, the second higher: audible near machines, and no spoken word.
 export function sound() {
   if (!maySound()) return false;
   [[0, 660], [0.22, 880]].forEach(([after_s, hertz]) => {
@@ -47,6 +47,6 @@ export function notify({title, body, key, href}) {
       note.close();
     };
   } catch {
-    // Chrome on Android takes notifications of service workers alone.
+    // Chrome on Android accepts notifications only from service workers.
   }
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whether the box is well, in words. Pure.
+// Describes the health of the box in words. Pure.
 import {BOX} from './codes.js';
 import {arrangedAlarms} from './order.js';
 import {bytes, count, duration} from './format.js';
@@ -11,8 +11,8 @@ const t = texts.system;
 const LOW_SHARE = 0.05; // of the disk
 const NAMED = 5; // loops of one warning
 
-// Each {text, sign, and of an alarm href and since_ms}. daemon, loops, disk: as the system's answer has them; alarms: all that are there;
-// out: as outages() gives it; severe: %; time(ms): on the wall's clock.
+// Returns warnings, each {text, sign}, for an alarm also href and since_ms. daemon, loops, disk: as in the system's answer; alarms: all present
+// alarms; out: result of outages(); severe: %; time(ms): on the wall's clock.
 export function warningsOf({daemon: d, loops, disk}, alarms, out, severe, time) {
   const c = d.configuration ?? {}, list = [], its = arrangedAlarms(linesOf(alarms.filter(ofBox), []), severe).filter((line) => line.state !== 'shelved'), stands = (name) => its.some((line) => line.name === name);
   const add = (when, text, values = {}) => { if (when) list.push({text: fill(text, values), sign: 'low'}); };
@@ -47,7 +47,7 @@ export function warningsOf({daemon: d, loops, disk}, alarms, out, severe, time) 
   return list;
 }
 
-// [words, sign]. told: whether the box has told its alarms and loops; without, nothing is well.
+// Returns [words, sign]. told: whether the box has sent its alarms and loops. Otherwise the health is never shown as good.
 export function verdictOf(warnings, told, started_ms, time) {
   if (!warnings.length) return told ? [fill(t.well, {time: time(started_ms)}), 'ok'] : [t.untold, 'bad'];
   const since = warnings.map(({since_ms}) => since_ms).filter(Boolean).sort((a, b) => a - b)[0], one = warnings.length === 1;

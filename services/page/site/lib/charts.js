@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Small pictures of a loop: the faceplate's bars, PV over CO, a histogram.
+// Small pictures of a loop: bars of the faceplate, PV over CO, histogram.
 import {el, setAttribute, setText, svg} from './dom.js';
 import {decimalsFor, fixed} from './format.js';
 import {extent, scaleOf} from './history.js';
 
 const HIGH = 190, TOP = 10;
 
-// One upright bar with its scale. set(value, mark): `mark` is where a triangle points (the set point, the stem).
+// Draws one upright bar with its scale. set(value, mark): a triangle points at `mark` (the set point, the stem).
 export function bar({name, range, unit, limits}) {
   const span = range[1] - range[0] || 1;
   const at = (v) => TOP + HIGH * (1 - Math.min(Math.max((v - range[0]) / span, 0), 1));
@@ -73,11 +73,11 @@ function frame(ctx, {left, top, width, height}, x, y, units) {
   ctx.fillText(units[1], left, top - 3);
 }
 
-// Between two samples that are farther apart on the picture, pixels, others are left out, a line would be made up.
+// Samples farther apart than this, pixels, are not joined: others were left out between them, so a line would be invented.
 const JOINED = 16;
 
-// PV over CO of a stretch, older parts paler: a sticking valve draws a parallelogram, a healthy one a line. Extremes, which were not at
-// the same time, are no points of it.
+// Draws PV over CO of a stretch, older parts paler: a sticking valve draws a parallelogram, a healthy one a line. Extremes are not drawn,
+// because their PV and CO were not measured at the same time.
 export function drawPhase(canvas, history, [from_ms, to_ms], ranges, units) {
   const width = canvas.parentNode.clientWidth, height = Math.min(320, Math.max(220, width * 0.62));
   canvas.style.height = `${height}px`;
@@ -118,7 +118,7 @@ export function drawPhase(canvas, history, [from_ms, to_ms], ranges, units) {
   }
 }
 
-// A share as a bar in a table's cell; what it says stands beside it.
+// Draws a share as a bar in a table's cell; its number is next to it.
 export function meter(share, look = '') {
   const known = typeof share === 'number' && Number.isFinite(share);
   return svg('svg', {class: `meter ${look}`, viewBox: '0 0 100 8', preserveAspectRatio: 'none', 'aria-hidden': 'true'},

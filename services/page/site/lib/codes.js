@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The daemon's codes, as its headers number them. Names here are keys of texts.js.
+// Codes of the daemon, numbered as in its headers. Names here are keys of texts.js.
 
 export const MODES = ['manual', 'automatic', 'fallback']; // control::Mode
 export const FAULTS = ['none', 'starting', 'bad_pv', 'output_lost', 'late_cycle', 'not_finite', 'enable_open', 'stop',
@@ -10,16 +10,16 @@ const VALVE_ALARMS = ['stiction', 'backlash', 'hysteresis', 'low_air_supply', 'u
 const PROCESS_ALARMS = ['bad_pv', 'output_lost', 'output_unknown', 'not_normal_mode', 'enable_open', 'source_lost', 'deviation',
   'pv_high_high', 'pv_high', 'pv_low', 'pv_low_low', 'rate_of_change'];
 export const ALARM_KINDS = [...VALVE_ALARMS, ...PROCESS_ALARMS];
-// Of these alone a twin explains why, and evidence is kept.
+// Only for these alarms a twin finds a cause and evidence is kept.
 export const ofValve = (kind) => VALVE_ALARMS.includes(kind);
-// What stands in an alarm of the box where others have their loop.
+// An alarm of the box has this instead of a loop.
 export const BOX = 'box';
 export const NE107 = ['normal', 'maintenance_required', 'out_of_specification', 'function_check', 'failure'];
 export const CONDITIONS = ['control_performance', 'valve', 'actuator', 'positioner', 'environment'];
 export const FLAGS = {at_low: 1, at_high: 2, rate_limited: 4, late_cycle: 8, jacket_acts: 16, output_lost: 32,
   compensator_acts: 64};
 
-// A code that a newer daemon has and this page does not is `other`, one that is not there `not_known`: never what is normal.
+// A code that only a newer daemon has is `other`; a missing one is `not_known`. Neither is shown as normal.
 export const named = (names, code) => (typeof code === 'number' ? names[code] ?? 'other' : 'not_known');
 
 // hal::Quality has the numbers of the OPC quality byte.
@@ -27,10 +27,10 @@ export function quality(code) {
   return code >= 192 ? 'good' : code >= 64 ? 'uncertain' : 'bad';
 }
 
-// What waits for an operator.
+// States that wait for an operator.
 const WAITS = new Set(['unacknowledged', 'returned_unacknowledged', 'latched_unacknowledged']);
 export const waits = (state) => WAITS.has(state);
-// What an operator sees: a suppressed alarm is one that could not come.
+// States that an operator sees. A suppressed alarm is hidden, because it could not be raised.
 export const shown = (state) => state !== 'normal' && state !== 'suppressed' && state !== 'not_known';
 
 const ACTIONS = {
@@ -45,8 +45,8 @@ const ACTIONS = {
 };
 export const actionsOf = (state) => ACTIONS[state] ?? [];
 
-// Two steps of urgency, as every alarm of the same two needs the same haste: 'high' is acted on now. The daemon says an
-// alarm's priority; of one that is known by its name alone the usual one counts.
+// Two steps of urgency, as all alarms of one step need the same haste. 'high' needs action now. The daemon reports an alarm's
+// priority. If only the alarm's name is known, its usual priority is used.
 const ACTED_ON_NOW = new Set(['low_air_supply', 'bad_pv', 'output_lost', 'output_unknown', 'enable_open', 'pv_high_high', 'pv_low_low']);
 export function priority(alarm, severe_percent) {
   if (alarm.priority ? ['high', 'critical'].includes(alarm.priority) : ACTED_ON_NOW.has(alarm.alarm)) return 'high';

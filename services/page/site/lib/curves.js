@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Curves of several loops: as an address has them, in panes by unit, on one axis of time. Pure.
+// Curves of several loops: read from an address, grouped into panes by unit, on one axis of time. Pure.
 
 export const QUANTITIES = ['pv', 'sp', 'co', 'stem'];
 export const MOST_CURVES = 8;
 const LANE_KEYS = ['c1', 'c2', 'c3', 'c4', 'c5', 'c6', 'c7', 'c8'];
-const DASHES = [null, [7, 4], [2, 3], [9, 3, 2, 3]]; // so that neighbours are told apart without colour
+const DASHES = [null, [7, 4], [2, 3], [9, 3, 2, 3]]; // to distinguish neighbours without colour
 
-// "FIC-101:pv,FIC-102:co" as [{tag, quantity}], none twice; what is no curve is left out.
+// Parses "FIC-101:pv,FIC-102:co" into [{tag, quantity}] without duplicates. Invalid curves are left out.
 export function curvesIn(text) {
   const curves = [];
   for (const part of (text ?? '').split(',')) {
@@ -21,7 +21,7 @@ export const curvesText = (curves) => curves.map(({tag, quantity}) => `${tag}:${
 
 const ofPv = (quantity) => quantity === 'pv' || quantity === 'sp';
 
-// Panes for Trend: curves of one unit share one. `find(tag)`: the loop, or undefined: then its curves are not there.
+// Groups curves into the panes of a Trend: curves of one unit share a pane. `find(tag)`: the loop, or undefined; then its curves are left out.
 export function panesOf(curves, find, nameOf) {
   const panes = [];
   curves.forEach(({tag, quantity}, i) => {
@@ -37,8 +37,8 @@ export function panesOf(curves, find, nameOf) {
   return panes;
 }
 
-// `histories`: by tag. One axis of all times, a column for each curve; undefined where a loop has no row at that time, null where it has
-// one without a value, so that no line is drawn over what is missing.
+// Joins `histories` (by tag) on one axis of all times, with a column for each curve. A cell is undefined if the loop has no row at that time.
+// It is null if the row has no value, so that no line bridges the missing value.
 export function joined(curves, histories) {
   const t = [...new Set(Object.values(histories).flatMap((history) => history.t))].sort((a, b) => a - b), data = {t};
   const places = Object.fromEntries(Object.entries(histories).map(([tag, history]) => [tag, new Map(history.t.map((at, row) => [at, row]))]));

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Questions to the operator. The browser's own dialog keeps the focus inside and gives it back.
+// Asks the operator questions. The browser's own dialog keeps the focus inside and returns it afterwards.
 import {el} from './dom.js';
 import {texts} from '../texts.js';
 
-// What the shell lends to whoever acts.
+// Functions of the shell for code that acts.
 export const actions = {say: () => {}};
 
-// Shows a form. `accept(data, dialog)` returns a promise; what it throws is shown, and the form stays.
+// Shows a form. `accept(data, dialog)` returns a promise. If it throws, the error is shown and the form stays open.
 export function ask({title, body, accept, label, grave = false}) {
   const trouble = el('p', {class: 'trouble', role: 'alert', hidden: true});
   const go = el('button', {type: 'submit', class: grave ? 'grave' : 'main'}, label);
@@ -33,7 +33,7 @@ export function ask({title, body, accept, label, grave = false}) {
   return dialog;
 }
 
-// A word on what was done, seen and heard, that goes by itself.
+// Shows a short message about a finished action to eyes and screen reader; it disappears after a while.
 export function toast(text) {
   document.querySelector('.toast')?.remove();
   const node = el('div', {class: 'toast'}, text);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Elements. All text goes in as text: tags, reasons and names are whatever their writers wanted them to be.
+// Makes elements. All text is inserted as text, never as markup: tags, reasons and names may contain anything.
 
 const SVG = 'http://www.w3.org/2000/svg';
 
@@ -17,7 +17,7 @@ function put(node, attributes, children) {
 export const el = (name, attributes, ...children) => put(document.createElement(name), attributes, children);
 export const svg = (name, attributes, ...children) => put(document.createElementNS(SVG, name), attributes, children);
 
-// A sign of index.html's sheet. Without a label it is an ornament beside text that says the same.
+// Makes a sign from the sheet in index.html. Without a label it is an ornament next to text of the same meaning.
 export function icon(name, label) {
   const use = svg('use', {href: `#i-${name}`});
   return svg('svg', {class: `icon icon-${name}`, viewBox: '0 0 16 16', ...(label ? {role: 'img', 'aria-label': label} : {'aria-hidden': 'true'})}, use);
@@ -34,8 +34,8 @@ export function setAttribute(node, name, value) {
   else if (node.getAttribute(name) !== value) node.setAttribute(name, value);
 }
 
-// columns: [{head, class, row: its cells are the rows' heads}]; rows: arrays of text or nodes. The roles are said, and a cell says its
-// head, since on a phone the rows of some tables are laid out as cards.
+// columns: [{head, class, row: its cells are the rows' heads}]; rows: arrays of text or nodes. The roles are explicit and each cell names its
+// head, because a phone shows the rows of some tables as cards.
 export function table(caption, columns, rows, {captionHidden = false, ...attributes} = {}) {
   const cell = (value, i) => {
     const {row, head} = columns[i];
@@ -47,10 +47,10 @@ export function table(caption, columns, rows, {captionHidden = false, ...attribu
     el('tbody', {role: 'rowgroup'}, rows.map((row) => el('tr', {role: 'row'}, row.map(cell)))));
 }
 
-// A table that may be wider than the page: scrolled by itself, by keys too.
+// A table that may be wider than the page: it scrolls separately, also by keys.
 export const scroller = (label, child) => el('div', {class: 'scroller', tabindex: 0, role: 'region', 'aria-label': label}, child);
 
-// A panel that a phone shows folded: what is rarely needed does not push away what is.
+// A panel that is folded on a phone, so that rarely needed content doesn't displace the rest.
 export function foldingPanel(title, ...what) {
   return el('details', {class: 'panel folding', open: !matchMedia('(max-width: 700px)').matches}, el('summary', {}, el('h2', {}, title)), what);
 }
@@ -58,6 +58,6 @@ export function foldingPanel(title, ...what) {
 export const unseen = (text) => el('span', {class: 'unseen'}, text);
 export const unit = (text) => (text ? el('span', {class: 'unit', title: text}, text) : null);
 
-// name: [term, description] pairs
+// Makes a list of {name: [term, description]} pairs.
 export const facts = (pairs) => el('dl', {class: 'facts'},
   pairs.filter(Boolean).map(([term, ...what]) => el('div', {}, el('dt', {}, term), el('dd', {}, what))));

@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-// Numbers, lengths of time and wall-clock time as a reader expects them. Pure: no document, no clock.
+// Formats numbers, durations and wall-clock time. Pure: no document, no clock.
 
 export const NONE = '–';
 const SPACE = '\u00A0'; // a number and its unit stay on one line
 const THIN_SPACE = '\u2009';
 
-// Decimals that show a thousandth of the span: 10 L/min have two, 100 % one, 16 000 kg/h none.
+// Returns the decimals that show a thousandth of the span: two for 10 L/min, one for 100 %, zero for 16 000 kg/h.
 export function decimalsFor(range) {
   const span = range ? Math.abs(range[1] - range[0]) : 100;
   if (!(span > 0) || !Number.isFinite(span)) return 2;
   return Math.min(6, Math.max(0, 3 - Math.ceil(Math.log10(span) - 1e-9)));
 }
 
-// Decimals that show each mark of an axis as it is: 0.25 has two.
+// Returns the decimals that show each mark of an axis exactly: two for 0.25.
 export function decimalsOfStep(step) {
   for (let decimals = 0; decimals < 6; ++decimals) {
     const scaled = step * 10 ** decimals;
@@ -27,7 +27,7 @@ export function fixed(value, decimals) {
   return Number(text) === 0 ? (0).toFixed(decimals) : text; // never "-0.00"
 }
 
-// At most `digits` significant digits, without trailing zeros.
+// Formats with at most `digits` significant digits, without trailing zeros.
 export function significant(value, digits = 3) {
   if (typeof value !== 'number' || !Number.isFinite(value)) return NONE;
   return String(Number(value.toPrecision(digits)));
@@ -43,7 +43,7 @@ export function percent(value, decimals = 0) {
   return text === NONE ? text : `${text}${SPACE}%`;
 }
 
-// 1234567 as "1 234 567": a space is a separator in no language's decimals.
+// Formats 1234567 as "1 234 567": no language uses a space as its decimal separator.
 export function count(value) {
   if (typeof value !== 'number' || !Number.isFinite(value)) return NONE;
   return String(Math.round(value)).replace(/\B(?=(\d{3})+$)/g, THIN_SPACE);
@@ -60,13 +60,13 @@ export function bytes(value) {
   return `${power === 0 ? Math.round(value) : significant(value, 3)}${SPACE}${units[power]}`;
 }
 
-// A counter by its name: what counts bytes is shown as bytes.
+// Formats a counter according to its name: counters of bytes are shown as bytes.
 export function counter(name, value) {
   if (typeof value !== 'number') return String(value);
   return /(^|_)bytes(_|$)/.test(name) ? bytes(value) : Number.isInteger(value) ? count(value) : significant(value, 6);
 }
 
-// The two greatest units: "3 d 4 h", "5 min 12 s", "0.8 s".
+// Formats with the two greatest units: "3 d 4 h", "5 min 12 s", "0.8 s".
 export function duration(seconds) {
   if (typeof seconds !== 'number' || !Number.isFinite(seconds)) return NONE;
   const s = Math.abs(seconds);
@@ -99,7 +99,7 @@ function fieldsIn(zone) {
   };
 }
 
-// Wall-clock time in a zone of the IANA database; an unknown one is read as UTC, and said to be.
+// Wall-clock time in a zone of the IANA database. An unknown zone is replaced by UTC and shown as UTC.
 export class WallClock {
   constructor(zone) {
     try {
@@ -123,13 +123,13 @@ export class WallClock {
   dateTime(ms) {
     return typeof ms === 'number' && ms > 0 ? `${this.date(ms)} ${this.time(ms)}` : NONE;
   }
-  // With tenths or thousandths of a second, for a cursor on samples of that distance.
+  // With tenths or thousandths of a second, for a cursor on samples of such a period.
   fine(ms, step_ms) {
     const more = step_ms < 100 ? 3 : step_ms < 1000 ? 1 : 0;
     const fraction = more ? (Math.floor(((ms % 1000) + 1000) % 1000) / 1000).toFixed(3).slice(1, 2 + more) : '';
     return this.dateTime(ms) + fraction;
   }
-  // What has to be added to UTC then.
+  // Returns the offset to add to UTC at that time.
   offset_ms(ms) {
     const f = this.fields(ms);
     return Date.UTC(f.year, f.month - 1, f.day, f.hour, f.minute, f.second) - Math.floor(ms / 1000) * 1000;
@@ -140,8 +140,8 @@ export class WallClock {
     const two = (n) => String(n).padStart(2, '0');
     return `UTC${minutes < 0 ? '−' : '+'}${two(Math.floor(Math.abs(minutes) / 60))}:${two(Math.abs(minutes) % 60)}`;
   }
-  // UTC ms of what an <input type=datetime-local> holds, read in this zone; NaN for what is no time. In the hour that
-  // the end of summer time has twice it is one of the two.
+  // Returns UTC in ms for the text of an <input type=datetime-local> in this zone; NaN for an invalid time. In the hour that the end of summer
+  // time repeats, it returns one of both times.
   fromInput(text) {
     const local = Date.parse(`${text}Z`);
     if (Number.isNaN(local)) return NaN;

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Stretches of a loop's history as the server gives them: columns over `t` (UTC, ms). Pure.
+// Stretches of a loop's history as the server sends them: columns over `t` (UTC, ms). Pure.
 
-// `sample`: 1 where a row's values were measured together, 0 where they are extremes of a stretch.
+// `sample`: 1 if a row's values were measured together, 0 if they are extremes of a stretch.
 export const COLUMNS = ['pv', 'sp', 'co', 'stem', 'mode', 'sample'];
 
-function first(times, at) { // place of the first time that is not before `at`
+function first(times, at) { // index of the first time that is not before `at`
   let a = 0, b = times.length;
   while (a < b) {
     const m = (a + b) >> 1;
@@ -13,7 +13,7 @@ function first(times, at) { // place of the first time that is not before `at`
   return a;
 }
 
-// `whole` with what `tail` knows better: from its first row on the tail is right. Neither is changed.
+// Returns `whole` updated with `tail`, which is valid from its first row on. Neither input is changed.
 export function merged(whole, tail) {
   if (!whole || !whole.t.length) return tail;
   if (!tail.t.length) return {...whole, newest_ms: tail.newest_ms ?? whole.newest_ms};
@@ -27,7 +27,7 @@ export function merged(whole, tail) {
   return result;
 }
 
-// Without the rows before `from_ms`, but for one, so that the line begins at the edge.
+// Removes the rows before `from_ms` except the last of them, so that the line begins at the edge.
 export function trimmed(history, from_ms) {
   const cut = Math.max(0, first(history.t, from_ms) - 1);
   if (!cut) return history;
@@ -36,7 +36,7 @@ export function trimmed(history, from_ms) {
   return result;
 }
 
-// Lowest and highest of the columns within a stretch; null where there is nothing.
+// Returns the lowest and highest value of the columns within a stretch; null if there are no values.
 export function extent(history, names, from_ms = -Infinity, to_ms = Infinity) {
   let low = Infinity, high = -Infinity;
   const a = first(history.t, from_ms), b = first(history.t, to_ms);
@@ -53,8 +53,8 @@ export function extent(history, names, from_ms = -Infinity, to_ms = Infinity) {
   return low <= high ? [low, high] : null;
 }
 
-// What a scale shows of values between low and high: some room around, and never less than `share` of the range, so that
-// noise does not look like a storm.
+// Returns the limits of a scale for values between low and high, with some margin. Their distance is at least `share` of the range, so that
+// noise is not magnified.
 export function scaleOf(found, range, share = 0.02) {
   const span = range ? range[1] - range[0] : 1;
   if (!found) return range ? [range[0], range[1]] : [0, 1];
@@ -69,7 +69,7 @@ export function scaleOf(found, range, share = 0.02) {
   return [low - room, high + room];
 }
 
-// Row nearest to a time; -1 in an empty stretch.
+// Returns the row nearest to a time; -1 for an empty stretch.
 export function nearest(times, at) {
   if (!times.length) return -1;
   const i = first(times, at);
@@ -78,14 +78,14 @@ export function nearest(times, at) {
   return at - times[i - 1] <= times[i] - at ? i - 1 : i;
 }
 
-// Span of time between two limits, not shorter than `least` and kept within them as far as it fits.
+// Returns a time span of at least `least`, moved between the two limits as far as it fits.
 export function kept([from, to], [low, high], least) {
   const width = Math.min(Math.max(to - from, least), Math.max(high - low, least));
   const begin = Math.min(Math.max((from + to - width) / 2, low), Math.max(high - width, low));
   return [begin, begin + width];
 }
 
-// The last ten minutes of a value as first, lowest, highest and last of equal steps, as the server's sparklines have them.
+// Stores the last ten minutes of a value as first, lowest, highest and last of equal steps, like the server's sparklines.
 export class Spark {
   constructor(steps, step_s) {
     this.step_s = step_s;
@@ -93,15 +93,15 @@ export class Spark {
     this.step = null; // number of the newest step
     this.version = 0;
   }
-  // `steps`: first, lowest, highest and last of each, the newest step last.
+  // `steps`: first, lowest, highest and last of each; the newest step is last.
   load(steps, step_s) {
     this.step_s = step_s;
     this.steps = steps.slice();
     this.step = null;
     ++this.version;
   }
-  // `time_s`: of the plant, which an accelerated one runs through faster. The version tells when it must be drawn anew: with a new step
-  // or a new extreme.
+  // `time_s`: time of the plant, which is faster in an accelerated plant. The version changes with a new step or a new extreme: the strip must
+  // then be redrawn.
   add(time_s, value) {
     const step = Math.floor(time_s / this.step_s), n = this.steps.length;
     if (this.step === null) this.step = step;
@@ -121,8 +121,8 @@ export class Spark {
   }
 }
 
-// How a strip of steps is drawn, x in steps: `lines` go through the first and last value of each, so that a smooth fall is one and a
-// step a step; `bars` are where a step went beyond them.
+// Returns how a strip of steps is drawn, x in steps. `lines` pass through the first and last value of each step, so that a smooth fall and
+// a step keep their shapes. `bars` show extremes beyond the lines.
 export function strip(steps) {
   const lines = [], bars = [];
   let line = null;
@@ -141,7 +141,7 @@ const STEPS_MS = [1, 2, 5, 10, 20, 50, 100, 200, 500, SECOND, 2 * SECOND, 5 * SE
   MINUTE, 2 * MINUTE, 5 * MINUTE, 10 * MINUTE, 15 * MINUTE, 30 * MINUTE, HOUR, 2 * HOUR, 3 * HOUR, 6 * HOUR, 12 * HOUR,
   DAY, 2 * DAY, 7 * DAY, 14 * DAY, 28 * DAY, 91 * DAY, 182 * DAY, 364 * DAY];
 
-// Times for the marks of an axis, at most about `most`, at round times of a wall clock that is `offset_ms` before UTC.
+// Returns at most about `most` times for the marks of an axis, at round times of a wall clock that is `offset_ms` before UTC.
 export function timeMarks(from_ms, to_ms, most, offset_ms) {
   const step = STEPS_MS.find((s) => (to_ms - from_ms) / s <= most) ?? STEPS_MS.at(-1);
   const marks = [];

@@ -1,36 +1,36 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the box sends by itself: one stream of server-sent events for all views. It says when values have become old, and
-// gets them back without a hand.
+// Live data of the box: one stream of server-sent events for all views. It reports when values become old, and
+// reconnects without user action.
 import {Spark} from './history.js';
 import {get, keepCsrf, onLost, post} from './api.js';
 import {person} from './person.js';
 
-const OLD_AFTER_MS = 1500; // with the look each 250 ms within two seconds
+const OLD_AFTER_MS = 1500; // checked each 250 ms, so it is noticed within two seconds
 const STEPS = 60;
 
 export class Live extends EventTarget {
   session = null;
   describe = null; // the daemon's, with `loops`
-  overview = null; // columns in the order of describe.loops; `stands`: whether a loop's cycle no longer moves on, though the daemon answers
+  overview = null; // columns in the order of describe.loops; `stands`: whether a loop's cycle has stopped although the daemon answers
   alarms = [];
-  incidents = []; // of each loop the newest, where it is on or waits
-  alarmsKnown = false; // whether `alarms` is what the box said
+  incidents = []; // the newest of each loop, if it is active or waits
+  alarmsKnown = false; // whether `alarms` was received from the box
   sparks = []; // one for each loop
   daemon = {up: true, since_ms: null, why: ''};
-  heard_ms = 0; // when the newest overview came, on this computer's clock
+  heard_ms = 0; // arrival of the newest overview, on this computer's clock
   stale = null; // {since_ms, why} while values are old
-  places = new Map(); // tag -> place
+  places = new Map(); // tag -> index
   #source = null;
   #frame = 0;
   #fresh = new Set();
-  #moved = []; // for each loop when its cycle last moved on
+  #moved = []; // for each loop, when its cycle last advanced
   #periods = [];
   #retry = 0;
   #sparks_due = 0;
-  #asked = 0; // when the description was asked for last
-  #told_ms = -Infinity; // and the session
+  #asked = 0; // last request for the description
+  #told_ms = -Infinity; // last request for the session
 
-  // An alarm of a valve that is that great is acted on now, % of CO's span.
+  // A valve alarm of at least this size needs action now, % of the CO span.
   get severe_percent() { return this.describe?.alarms?.severe_percent ?? 5; }
 
   async start() {
@@ -43,7 +43,7 @@ export class Live extends EventTarget {
     if (!this.session.must_login) this.connect();
   }
 
-  // Where no daemon is, nothing comes by itself.
+  // Without a daemon there is no stream.
   connect() {
     if (this.session.box === false) return;
     this.#source?.close();
@@ -58,14 +58,14 @@ export class Live extends EventTarget {
     on('ended', () => this.lose());
     source.onopen = () => { this.#retry = 0; this.#fetchDescribe(); };
     source.onerror = () => {
-      // Where the server was away the browser comes back by itself; where it refused, nobody does.
+      // After a lost connection the browser reconnects itself. After a refusal this code has to.
       if (source.readyState !== EventSource.CLOSED) return;
       clearTimeout(this.#retry);
       this.#retry = setTimeout(() => this.#comeBack(), 1000);
     };
   }
 
-  // The session may have ended, or another server answers now.
+  // Reads the session again: it may have ended, or another server may answer now.
   async #comeBack() {
     try {
       await this.#fetchSession();
@@ -95,12 +95,12 @@ export class Live extends EventTarget {
     try {
       await post('/api/logout', {});
     } catch {
-      // Where it has not reached the box the session is there still, and is shown again.
+      // If it hasn't reached the box, the session still exists and is shown again.
     }
     this.lose();
   }
 
-  // The session has ended: from now on nothing is known of the box, and nothing of it may stay on the screen.
+  // Ends the session: removes all data of the box from memory and screen.
   lose() {
     if (!this.session?.login || this.session.must_login) return;
     this.#source?.close();
@@ -112,10 +112,10 @@ export class Live extends EventTarget {
     this.#moved = [];
     this.#fresh.clear();
     for (const type of ['session', 'describe', 'alarms', 'stale', 'overview']) this.dispatchEvent(new Event(type));
-    this.#comeBack(); // for the token of who is not logged in; or another tab is
+    this.#comeBack(); // gets the token for a visitor; another tab may be logged in
   }
 
-  // Somebody who looks at a view that asks for nothing is there all the same. Where no stream tells that the session has ended it is asked.
+  // Keeps the session of a user who is present at a view without requests. If no stream reports the session's end, the server is asked.
   #keep() {
     const now = performance.now();
     if (!this.session?.user || now - this.#told_ms < 2000) return;
@@ -128,7 +128,7 @@ export class Live extends EventTarget {
     this.#asked = performance.now();
     try {
       const describe = await get('/api/describe');
-      // Of a daemon that was never heard of nothing is known, not that it has no loops.
+      // If a daemon never answered, its loops are unknown; that differs from a daemon without loops.
       if (describe.up === false && (this.describe || !describe.loops?.length)) return;
       const same = JSON.stringify(describe.loops?.map((l) => l.tag)) === JSON.stringify(this.describe?.loops?.map((l) => l.tag));
       this.describe = {...describe, loops: describe.loops ?? []};
@@ -139,9 +139,9 @@ export class Live extends EventTarget {
         this.#periods = [];
       }
       this.#soon('describe');
-      await Promise.all([this.#fetchSparks(), this.#fetchSession()]); // what may be done is the daemon's to say
+      await Promise.all([this.#fetchSparks(), this.#fetchSession()]); // the daemon decides which actions are allowed
     } catch {
-      // The stream tells of it, and asks again when it is back.
+      // The stream reports the failure, and requests again after it.
     }
   }
 
@@ -157,7 +157,7 @@ export class Live extends EventTarget {
     const loops = this.describe?.loops;
     this.heard_ms = Date.now();
     if (!loops || o.pv.length !== loops.length) {
-      // The description of these columns is on its way, or was lost on it.
+      // The description of these columns is still on its way, or was lost.
       if (performance.now() - this.#asked > 1000) this.#fetchDescribe();
       return;
     }
@@ -181,7 +181,7 @@ export class Live extends EventTarget {
   }
 
   #watch() {
-    if (!this.heard_ms) return; // nobody is connected
+    if (!this.heard_ms) return; // not connected
     const silent = Date.now() - this.heard_ms > OLD_AFTER_MS;
     let stale = null;
     if (this.daemon.up === false) stale = {since_ms: this.daemon.since_ms ?? this.heard_ms, why: 'daemon', words: this.daemon.why};
@@ -193,7 +193,7 @@ export class Live extends EventTarget {
     this.#soon('overview');
   }
 
-  // All that came since the last frame is shown with the next one. A page that nobody sees has no frames.
+  // Shows everything that arrived since the last frame with the next one. A hidden page has no frames.
   #soon(type) {
     this.#fresh.add(type);
     if (this.#frame) return;

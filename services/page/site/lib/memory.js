@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What this browser remembers of its reader. Storage may be closed to the page: then it lasts until he leaves.
+// Stores settings of this browser's user. If storage is closed to the page, they last until the page is left.
 
 const here = new Map();
 
@@ -17,6 +17,6 @@ export function remember(key, value) {
     if (value === null) localStorage.removeItem(key);
     else localStorage.setItem(key, value);
   } catch {
-    // `here` has it.
+    // Finds whether `here` has the key.
   }
 }

@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-// What people noted of a loop, from the journal's lines: who, when, words, and the time it is about. Pure.
+// Notes of users about a loop, from the journal's lines: author, time of writing, text, and the time they refer to. Pure.
 
 const byTime = (a, b) => a.at_ms - b.at_ms || a.said_ms - b.said_ms;
 const numbered = (note, i) => ({...note, number: i + 1});
 
-// `lines`: newest first. The earliest first, numbered as they stand on a trend.
+// `lines`: newest first. Returns the notes, earliest first, numbered as on a trend.
 export function notesOf(lines) {
   return lines.filter((line) => line.what === 'note' && line.result === 'done')
     .map((line) => ({loop: line.loop, at_ms: Date.parse(line.new) || line.utc_ms, said_ms: line.utc_ms, who: line.peer.split(' by ')[0], text: line.reason}))
     .sort(byTime).map(numbered);
 }
 
-// With those that were taken but are in no line yet, since the journal waits for its disk: `on_disk` is false of them.
+// Adds accepted notes that are in no line yet, because the journal waits for its disk: their `on_disk` is false.
 export function withWaiting(notes, waiting) {
   const still = waitingStill(notes, waiting).map((note) => ({...note, on_disk: false}));
   return still.length ? [...notes, ...still].sort(byTime).map(numbered) : notes;

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which loop comes first, and which is shown. Pure: works on the daemon's columns.
+// Sorts and filters the loops. Pure: works on the daemon's columns.
 import {ALARM_STATES, FAULTS, MODES, NE107, named, quality, shown, waits} from './codes.js';
 
 const STATE_RANK = {unacknowledged: 90, latched_unacknowledged: 80, acknowledged: 60, returned_unacknowledged: 50,
   latched_acknowledged: 30, other: 60, shelved: 8};
 const NE107_RANK = {failure: 70, other: 20, not_known: 4, out_of_specification: 20, maintenance_required: 10, function_check: 2, normal: 0};
-// A loop that starts is as it should be; of one that is not known nothing is said.
+// A starting loop counts as normal; an unknown one gets no judgement.
 const CALM_FAULTS = new Set(['none', 'starting', 'not_known']);
 
 export const faulty = (o, i) => !CALM_FAULTS.has(named(FAULTS, o.fault[i])) || Boolean(o.stands?.[i]);
@@ -17,8 +17,8 @@ export const poor = (o, i) => o.condition[i] !== null && o.condition[i] < 50;
 export const abnormal = (o, i) =>
   unknown(o, i) || faulty(o, i) || alarmed(o, i) || notAutomatic(o, i) || badQuality(o, i) || poor(o, i);
 
-// The greater the sooner. `grave`: an alarm that is on waits and is acted on now. Condition counts in steps of ten, so that loops don't
-// change places with every window.
+// A greater rank is shown earlier. `grave`: an active alarm waits and needs action now. Condition counts in steps of ten, so that loops
+// don't swap places with every window.
 export function urgency(o, i, grave = false) {
   const state = named(ALARM_STATES, o.alarm[i]);
   let rank = Math.max(STATE_RANK[state] ?? 0, NE107_RANK[named(NE107, o.ne107[i])], faulty(o, i) ? 70 : 0);
@@ -47,7 +47,7 @@ const KEYS = {
   condition: (o, i) => o.condition[i], alarm: urgency, urgency,
 };
 
-// Each loop's place in the order of tags, found once for a list: comparing texts is what sorting costs.
+// Each loop's position in the order of tags. It is computed once per list, because comparing texts takes most of the time.
 const ranks = new WeakMap();
 function tagRanks(loops) {
   if (!ranks.has(loops)) {
@@ -63,8 +63,8 @@ function matches(loop, words) {
   return words.every((word) => text.includes(word));
 }
 
-// Places of the loops in `o`, in the order in which they are shown. What has no value comes last, either way; what is
-// equal is in the order of tags. `grave`: tags of loops with such an alarm.
+// Returns the indexes of the loops in `o`, in display order. Loops without a value are last in both directions. Equal loops are in the order
+// of tags. `grave`: tags of loops with such an alarm.
 export function arranged(loops, o, {filter = 'all', search = '', sort = 'urgency', descending = true, grave = new Set()} = {}) {
   const words = search.toLowerCase().split(/\s+/).filter(Boolean);
   const keep = FILTERS[filter] ?? FILTERS.all;
@@ -91,7 +91,7 @@ export function counts(loops, o) {
   return result;
 }
 
-// Lines of alarms: what waits first, of the same what is acted on now, of the same the newest.
+// Sorts lines of alarms: waiting ones first, then those that need action now, then the newest.
 export function arrangedAlarms(lines, severe_percent) {
   const now = (line) => Number(line.grave(severe_percent) === 'high');
   return [...lines].sort((a, b) => (STATE_RANK[b.state] ?? 0) - (STATE_RANK[a.state] ?? 0) || now(b) - now(a) ||

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whether somebody is at this page: a key was pressed or a pointer moved within the last minute. Only then do requests keep the
-// session from ending as idle; what the page asks by itself does not.
+// Finds whether a user is present at this page: a key was pressed or a pointer moved within the last minute. Only then do requests keep an
+// idle session alive. Automatic requests of the page don't.
 
 const HERE_MS = 60_000;
 const RENEWED_EACH_MS = 20_000;
@@ -14,13 +14,13 @@ export class Person {
   }
   seen(now) { this.#seen = now; }
   isHere(now) { return now - this.#seen < HERE_MS; }
-  // Of a request that is sent now.
+  // For a request that is sent now.
   headers(now) {
     if (!this.isHere(now)) return {};
     this.#told = now;
     return {'X-Loopwarden-Person': '1'};
   }
-  // Where a view asks for nothing, somebody who is there is told of all the same.
+  // In a view without requests, the presence of a user must still be reported.
   isUntold(now) { return this.isHere(now) && now - this.#told >= RENEWED_EACH_MS; }
 }
 

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// A trend as a PNG: its panes as they are drawn, with title, span and the names of the curves.
+// Saves a trend as a PNG: its panes as drawn, with title, span and the names of the curves.
 
 const LINE = 18, EDGE = 12;
 const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
 
-// `box` holds the panes of a Trend; `lines`: what stands above them.
+// `box` holds the panes of a Trend; `lines`: texts above them.
 export function pictureOf(box, lines) {
   const dots = devicePixelRatio || 1, panes = [...box.querySelectorAll('.pane')].map((pane) => ({canvas: pane.querySelector('canvas'), curves: [...pane.querySelectorAll('.curve')]}));
   const width = Math.max(...panes.map(({canvas}) => canvas.width)) / dots + 2 * EDGE;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a view has begun and must end when it is left: listeners, timers, requests.
+// Resources of a view that must end when the user leaves it: listeners, timers, requests.
 
 export class Scope {
   #abort = new AbortController();
@@ -8,7 +8,7 @@ export class Scope {
   get over() { return this.#abort.signal.aborted; }
   atEnd(end) { this.#ends.push(end); }
   on(target, type, act, options = {}) { target.addEventListener(type, act, {...options, signal: this.signal}); }
-  // Calls `act` now and `ms` after it has ended; not while nobody looks.
+  // Calls `act` now, and again `ms` after each call has ended; pauses while the page is hidden.
   every(ms, act) {
     let timer = 0;
     const round = async () => {

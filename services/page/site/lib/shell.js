@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What stays on every view: the head with alarms, clock and user, the way to the views, the word that values are old.
+// The frame of every view: the head with alarms, clock and user, the links to the views, and the notice of old values.
 import {BellButton} from './bell_button.js';
 import {actions} from './dialog.js';
 import {waits} from './codes.js';
@@ -21,7 +21,7 @@ export const wall = () => clock;
 
 export class Shell {
   #links = new Map();
-  #known = null; // alarms that have been told
+  #known = null; // announced alarms
   #title = texts.brand;
   #calls = []; // alarms that wait
 
@@ -103,7 +103,7 @@ export class Shell {
     setAttribute(document.querySelector('link[rel=icon]'), 'href', icon);
   }
 
-  // For a screen reader, and sparingly.
+  // Announces to screen readers, used sparingly.
   say(text) {
     this.status.textContent = text;
   }
@@ -125,7 +125,7 @@ export class Shell {
     }
   }
 
-  // Nobody is logged in any longer: what was shown, asked and said of the box goes.
+  // The user is no longer logged in: removes all displayed and announced data of the box.
   clear() {
     this.main.replaceChildren();
     for (const dialog of document.querySelectorAll('dialog')) dialog.close('cancel');
@@ -134,13 +134,13 @@ export class Shell {
     this.title(texts.login.title);
   }
 
-  // What page.yaml leaves out has no way to it.
+  // Parts that page.yaml leaves out have no link.
   #parts({box, fleet}) {
     for (const [path, link] of this.#links) link.parentNode.hidden = path === 'fleet' ? !fleet : box === false;
     this.#signs();
   }
 
-  // Neither "No alarm waits" nor "Live" is said before the box has said so.
+  // "No alarm waits" and "Live" are shown only after the box has reported it.
   #signs() {
     const box = live.session?.box !== false;
     this.summary.hidden = !box || !live.alarmsKnown;
@@ -188,7 +188,7 @@ export class Shell {
     this.#signs();
     const lines = linesOf(live.alarms, live.incidents);
     const wait = lines.filter((line) => waits(line.state)), active = lines.filter((line) => line.active && line.state !== 'shelved');
-    // In the shape and colour of the gravest that waits, else of the gravest that is on.
+    // Shape and colour of the gravest waiting alarm, otherwise of the gravest active one.
     const severe = live.severe_percent, grave = (wait.length ? wait : active).some((line) => line.grave(severe) === 'high') ? 'high' : 'low';
     const parts = [wait.length ? fill(texts.head.alarmsWait, {n: wait.length}) : null, active.length ? fill(texts.head.alarmsActive, {n: active.length}) : null].filter(Boolean).join(', ');
     const old = parts ? fill(texts.head.alarmsLast, {alarms: parts}) : texts.head.alarmsOld;
@@ -208,7 +208,7 @@ export class Shell {
     else if (fresh.length) this.say(fill(texts.announce.alarms, {n: fresh.length}));
   }
 
-  // That nothing is heard of the box is called out as an alarm is.
+  // The bell also sounds when the box is silent.
   #ring() {
     const {stale, session} = live, silent = stale ? [{key: `stale ${stale.since_ms}`, grave: 'high', title: texts.stale.title, body: clock.dateTime(stale.since_ms), href: '#/system'}] : [];
     this.bell.update(live.alarmsKnown || stale ? this.#calls.concat(silent) : null, Boolean(session) && session.box !== false && !session.must_login);

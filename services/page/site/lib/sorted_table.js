@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// A table whose heads sort it; its roles are said, since on a phone its rows are no longer laid out as a table's. What is shown anew keeps the reader's place: scroll and focus.
+// A table that is sorted by clicks on its heads. Its roles are explicit, because a phone no longer lays out its rows as a table. Updates keep scroll position and focus.
 import {el, scroller, setAttribute} from './dom.js';
 import {sorted} from './fleet.js';
 
 export class SortedTable {
-  // columns: [{key, head, class, row (is the row's head), value(row), cell(row), falls (begins with the greatest)}];
+  // columns: [{key, head, class, row (is the row's head), value(row), cell(row), falls (sorts the greatest first)}];
   // a column without `value` does not sort. keyOf(row): the same row in the next answer.
   constructor(label, columns, keyOf, sort, attributes = {class: 'lines as-cards'}) {
     Object.assign(this, {columns, keyOf, sort, falls: columns.find((column) => column.key === sort)?.falls ?? false, rows: []});

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Ten minutes of PV in a strip, the set point as a dashed line, and beside it where PV stands in its range.
+// A strip with ten minutes of PV, the set point as a dashed line, and a gauge of PV in its range next to it.
 import {scaleOf, strip} from './history.js';
 
 let colours = {};
 const NAMES = ['ink', 'soft', 'line', 'measured', 'sp', 'high', 'low', 'track'];
 
-// After a change of theme.
+// Called after a change of theme.
 export function readColours() {
   const style = getComputedStyle(document.documentElement);
   colours = Object.fromEntries(NAMES.map((name) => [name, style.getPropertyValue(`--${name}`).trim()]));

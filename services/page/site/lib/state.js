@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// How a loop is and whether it acts on its valve, in words. Pure: works on the daemon's columns, and on `stands`: of each loop whether
-// its cycle does not move on. What is not known is never said to be normal.
+// Describes in words the state of a loop and whether it acts on its valve. Pure: works on the daemon's columns, and on `stands`: per loop,
+// whether its cycle has stopped. An unknown state is never shown as normal.
 import {ALARM_KINDS, ALARM_STATES, FAULTS, FLAGS, MODES, NE107, named, priority, quality, shown, waits} from './codes.js';
 import {fixed} from './format.js';
 import {changeName, fill, texts} from '../texts.js';
@@ -10,12 +10,12 @@ export function signOf(state, grave) {
   return state === 'returned_unacknowledged' || state === 'latched_acknowledged' ? 'gone' : grave;
 }
 
-// No cycle of the loop has been told of yet; its cycle does not move on, so that what was told last is how it was.
+// No cycle of the loop has been reported yet; its cycle has stopped, so the last report is its former state.
 const unknown = (o, i) => typeof o.fault[i] !== 'number';
 const stands = (o, i) => Boolean(o.stands?.[i]);
 const CALM = new Set(['none', 'starting']);
 
-// The alarm of a loop that is shown: what the daemon's columns name, with its size where `listed` has it.
+// Returns the displayed alarm of a loop: the one in the daemon's columns, with its size if `listed` has it.
 function alarmOf(o, i, listed, severe) {
   const state = named(ALARM_STATES, o.alarm[i]);
   if (!shown(state)) return null;
@@ -42,8 +42,8 @@ function freshState(o, i, {loop, listed, severe}) {
   return loop?.control === 'elsewhere' ? [texts.acts.watched[0], null, 'soft'] : [texts.overview.calm, null, ''];
 }
 
-// One line on how a loop is: [words, sign, look]. `about`: loop; listed(kind), its alarm in the list; severe, %; stale: all values are
-// old, and with them that a cycle stands.
+// Returns the state of a loop in one line: [words, sign, look]. `about`: loop; listed(kind), its alarm in the list; severe, %; stale: all
+// values are old, including the information that a cycle has stopped.
 export function stateOf(o, i, about = {}) {
   const [words, sign, look] = freshState(o, i, about);
   if (about.stale) return [fill(texts.stale.state, {state: words}), null, 'soft'];
@@ -51,13 +51,13 @@ export function stateOf(o, i, about = {}) {
   return [fill(texts.stale.stands, {state: words}), 'bad', look.startsWith('high') ? look : 'low'];
 }
 
-// What another controller's mode is nobody knows while nothing comes from it.
+// The mode of another controller is unknown while no data arrive from it.
 export const modeOf = (o, i, loop) => ((loop.control === 'elsewhere' && quality(o.quality[i]) === 'bad') || stands(o, i) ? null : MODES[o.mode[i]] ?? null);
 
 // NE 107: [letter, meaning].
 export const ne107Of = (o, i, stale) => (stale || stands(o, i) ? null : texts.ne107[NE107[o.ne107[i]]]) ?? ['–', texts.notKnown];
 
-// Why a loop does not do its work, in words; null: nothing says that it does not. An alarm of its valve and manual are none of that.
+// Returns in words why a loop doesn't work; null: no reason is known. Valve alarms and manual mode are no such reasons.
 export function outageOf(o, i) {
   if (unknown(o, i)) return texts.notKnown;
   if (stands(o, i)) return texts.stale.loop;
@@ -67,7 +67,7 @@ export function outageOf(o, i) {
   return quality(o.quality[i]) === 'good' ? null : `${texts.values.pv} ${texts.quality[quality(o.quality[i])]}`;
 }
 
-// Which loops don't do their work, by why: [why, tags], the most first.
+// Groups the loops that don't work by reason: [reason, tags], most frequent first.
 export function outages(o, loops) {
   const groups = new Map();
   loops.forEach(({tag}, i) => {
@@ -80,7 +80,7 @@ export function outages(o, loops) {
 const NOT_WRITTEN = new Set(['output_lost', 'output_unknown']);
 const OUT_OF_SERVICE = new Set(['enable_open', 'stop']);
 
-// Whether the loop acts on its valve: a key of texts.acts, and whether that is odd.
+// Returns whether the loop acts on its valve: a key of texts.acts, and whether that is unusual.
 function actsKey(o, i, loop) {
   if (loop.control === 'elsewhere') return ['watched', false];
   const fault = named(FAULTS, o.fault[i]), mode = MODES[o.mode[i]];
@@ -94,7 +94,7 @@ function actsKey(o, i, loop) {
 export function actsOf(o, i, loop, stale = false) {
   const [key, odd] = stale || ((unknown(o, i) || stands(o, i)) && loop.control !== 'elsewhere') ? ['not_known', true] : actsKey(o, i, loop);
   const [word, detail] = texts.acts[key], fault = named(FAULTS, o?.fault[i]);
-  // An output can be lost while another fault is told, or none.
+  // An output can be lost with or without another reported fault.
   const reason = key === 'not_written' && !NOT_WRITTEN.has(fault) ? texts.faults.output_lost : texts.faults[fault] ?? '';
   const simulated = Boolean(loop.simulated);
   return {key, odd, simulated, word: simulated ? `${word}, ${texts.simulated}` : word, detail: key === 'acts' && simulated ? texts.actsOnModel : fill(detail, {why: reason})};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the browser's tab says: how many alarms wait, and that there are no values. Pure.
+// Title and icon of the browser's tab: number of waiting alarms, and whether values are missing. Pure.
 import {texts} from '../texts.js';
 
 export function tabTitle(text, waiting, stale) {
@@ -10,7 +10,7 @@ export function tabTitle(text, waiting, stale) {
 const VALVE = '<rect width="32" height="32" rx="6" fill="#1d2227"/><path d="M5 13v14l11-7zM27 13v14l-11-7z" fill="none" stroke="#dfe3e6" stroke-width="2.4" stroke-linejoin="round"/>';
 const MARKS = {high: ['#f2564b', '#14171a'], low: ['#efb83f', '#14171a'], stale: ['#dfe3e6', '#14171a']};
 
-// An address for <link rel=icon>: the valve with the number on it, a cross where nothing is known.
+// Returns an address for <link rel=icon>: the valve with the number on it, a cross if no values arrive.
 export function tabIcon(waiting, grave, stale) {
   if (!waiting && !stale) return '/icon.svg';
   const [ground, ink] = MARKS[stale ? 'stale' : grave], text = stale ? '×' : waiting > 9 ? '9+' : String(waiting);

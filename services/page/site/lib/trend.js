@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// Curves over time in one or more panes with one span and one cursor, drawn by uPlot.
+// Draws curves over time with uPlot, in one or more panes with one span and one cursor.
 import {actions} from './dialog.js';
 import {el, icon, setText, svg} from './dom.js';
 import {NONE, decimalsFor, decimalsOfStep, fixed} from './format.js';
 import {extent, kept, nearest, scaleOf, timeMarks} from './history.js';
 
 const FONT = '12px system-ui, sans-serif';
-const LANE = 17, EDGE = 3; // of alarms, pixels
+const LANE = 17, EDGE = 3; // height for alarms, pixels
 let plotter = null;
 
-// uPlot comes when the first curve is to be drawn: the overview does without.
+// uPlot is loaded when the first curve is drawn, because the overview doesn't need it.
 export function loadPlotter() {
   plotter ??= new Promise((done, failed) => {
     document.head.append(el('link', {rel: 'stylesheet', href: '/uplot/uPlot.min.css'}));
@@ -23,13 +23,13 @@ const colour = (name) => getComputedStyle(document.documentElement).getPropertyV
 
 const inkOf = (band) => colour(band.priority === 'high' ? 'high' : 'low');
 
-// A stroke of a curve's colour and dash, for its name.
+// Draws a stroke in a curve's colour and dash, next to its name.
 export const swatch = (ink, dash) => svg('svg', {class: `swatch stroke-${ink}`, viewBox: '0 0 22 8', 'aria-hidden': 'true'},
   svg('path', {d: 'M1 4h20', 'stroke-dasharray': dash ? dash.join(' ') : null}));
 
 export class Trend {
   // panes: [{label, unit, range, high, curves: [{key, name, ink, dash}]}]; x: {clock} for UTC ms on a wall clock,
-  // {unit} for seconds. onSpan([from, to]): the reader wants another span. keys: id of the text on keys.
+  // {unit} for seconds. onSpan([from, to]): the user requests another span. keys: id of the text on keys.
   constructor(uPlot, box, {panes, x, onSpan, onCursor, keys, limits = () => null, least = 1000}) {
     Object.assign(this, {uPlot, box, panes, x, onSpan, onCursor, limits, least, bands: [], notes: [], laneCount: 0, data: {t: []}, span: [0, 1], at: null});
     this.plots = panes.map((pane, i) => this.#pane(pane, i, keys));
@@ -105,7 +105,7 @@ export class Trend {
     this.step = step;
     return marks;
   }
-  // None where it would be cut off at the right edge.
+  // Omitted if the right edge would cut it off.
   #mark(u, at) {
     const text = this.#markText(at);
     u.ctx.font = FONT;
@@ -119,7 +119,7 @@ export class Trend {
     return this.step >= 1000 ? time : clock.fine(at, this.step).slice(11);
   }
 
-  // --- what lies above the curves: bands have lanes of their own over the first pane, a line at the edge of the others, and cover none ---
+  // --- above the curves: bands have separate lanes over the first pane and a line at the edge of the others. They cover no curve ---
   #edges(u, band) {
     const {left, width} = u.bbox, at = (time) => Math.min(Math.max(u.valToPos(time, 'x', true), left), left + width);
     const [from, to] = this.span;
@@ -159,7 +159,7 @@ export class Trend {
     ctx.restore();
   }
 
-  // A note is a stroke with its number at its foot.
+  // A note is a stroke with its number at the lower end.
   #flags(u) {
     const {ctx, bbox} = u, dots = devicePixelRatio, [from, to] = this.span;
     ctx.save();
@@ -186,7 +186,7 @@ export class Trend {
     const {left} = u.cursor;
     this.#put(left >= 0 ? nearest(this.data.t, u.posToVal(left, 'x')) : null, u);
   }
-  // Row `row` under the cursor of all panes; null: none.
+  // Row `row` is under the cursor of all panes; null: no row.
   #put(row, from = null) {
     this.following = true;
     this.at = row !== null && row >= 0 ? this.data.t[row] : null;
@@ -210,24 +210,24 @@ export class Trend {
     setText(this.time, time === null ? '' : this.x.clock ? this.x.clock.fine(time, step) : `${Number(time.toFixed(3))} ${this.x.unit}`);
     this.onCursor?.(this.at === null ? null : row);
   }
-  // What the keys have moved the cursor to, for who can't see it.
+  // Announces the values at a cursor that was moved by keys, for screen readers.
   #tell() {
     const values = this.plots.flatMap(({heads}) => heads.map(({curve, value}) => `${curve.name} ${value.textContent}`));
     actions.say([this.time.textContent, ...values].join(', '));
   }
-  // A decimated row may lack a column that its neighbour has; where loops share the axis most rows are another's.
+  // A decimated row may lack a column that its neighbour has. If loops share the axis, most rows are another loop's.
   #near(column, row) {
     let at = row;
     while (at > 0 && column?.[at] === undefined) --at;
     return column?.[at] ?? column?.[at - 1] ?? null;
   }
 
-  // --- what the reader does ---
+  // --- user actions ---
   #selected(u) {
     const {left, width} = u.select;
     if (width < 5) return;
     const wish = [u.posToVal(left, 'x'), u.posToVal(left + width, 'x')], limits = this.limits();
-    // What was drawn beyond the record is left out, so that the rest stays where it was drawn.
+    // The part of the selection outside the record is cut off, so that the rest keeps its limits.
     if (limits && wish[0] < limits[1] && wish[1] > limits[0]) {
       wish[0] = Math.max(wish[0], limits[0]);
       wish[1] = Math.min(wish[1], limits[1]);
@@ -277,7 +277,7 @@ export class Trend {
     return {Home: to(0), End: to(last), Escape: () => this.#put(null), '+': () => this.zoom(0.5), '=': () => this.zoom(0.5),
       '-': () => this.zoom(2), 0: () => this.onSpan?.('all')}[event.key];
   }
-  // One finger moves the span, two zoom; up and down scroll the page.
+  // One finger moves the span and two zoom it. Vertical movement scrolls the page.
   #fingers(over) {
     const down = new Map();
     let begin = null;
@@ -306,7 +306,7 @@ export class Trend {
     for (const type of ['pointerup', 'pointercancel', 'pointerleave']) over.addEventListener(type, lift);
   }
 
-  // --- what is shown ---
+  // --- display ---
   show(data, span, bands = this.bands, notes = this.notes) {
     Object.assign(this, {data, span, bands, notes});
     this.laneCount = bands.reduce((most, band) => Math.max(most, band.lane + 1), 0);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Notes below a trend, and the dialog that makes one.
+// Notes below a trend, and the dialog that adds one.
 import {ask, field, toast} from './dialog.js';
 import {el} from './dom.js';
 import {get, loopPath, post, query} from './api.js';
@@ -13,7 +13,7 @@ const MOST_LINES = 200, FRESH_MS = 15_000;
 let newest = {tags: null, at_ms: -Infinity, notes: []};
 let waiting = []; // for the journal's disk
 
-// Of some loops together, numbered over all of them. A trend that follows asks each few seconds; the journal is not read as often.
+// Reads the notes of some loops together, numbered over all of them. A following trend calls this every few seconds; the journal is read less often.
 export async function fetchNotes(tags, signal) {
   const now_ms = performance.now(), key = tags.join();
   if (newest.tags === key && now_ms - newest.at_ms < FRESH_MS && !waiting.length) return newest.notes;
@@ -24,7 +24,7 @@ export async function fetchNotes(tags, signal) {
   return withWaiting(newest.notes, waiting.filter(here));
 }
 
-// Written anew only where another note is in the span: a reader's selection stays.
+// Rewritten only if another note is in the span, so that the user's selection stays.
 export function showNotes(place, notes, span, withLoop = false) {
   const seen = notesIn(notes, span), key = JSON.stringify(seen);
   if (place.shown === key) return;
@@ -35,7 +35,7 @@ export function showNotes(place, notes, span, withLoop = false) {
 
 export const mayNote = () => Boolean(live.session.can?.alarms);
 
-// at_ms: the time it is about; then(): it is written.
+// at_ms: the time it refers to; then(): called after it is written.
 export function askNote(tag, at_ms, then) {
   const text = el('input', {name: 'text', maxlength: 200, required: true, autocomplete: 'off'});
   ask({

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a trend of one loop and one of several have in common: the span and its buttons, following the newest time, alarms as bands, notes,
-// the ways out of it.
+// Shared part of the trends of one loop and of several: span and its buttons, following the newest time, alarms as bands, notes,
+// links to other views.
 import {SPANS_S, SpanChoice} from './span.js';
 import {Trend, zoomButton} from './trend.js';
 import {askNote, fetchNotes, mayNote, showNotes} from './trend_notes.js';
@@ -16,15 +16,15 @@ import {changeName, fill, texts} from '../texts.js';
 const tt = texts.trend;
 const DRAWN_MS = 120, LINES_EACH_MS = 15_000, MOST_LINES = 200;
 
-// Its heirs have `tags` of the loops on it, rows(), and what they show besides in drawn(span).
+// Derived classes have `tags` of the loops on it, rows(), and draw further content in drawn(span).
 export class FollowingTrend {
-  histories = {}; // by tag, as the server gave them
-  lines = new Map(); // of the journal on alarms, by tag
+  histories = {}; // by tag, as the server sent them
+  lines = new Map(); // the journal's lines on alarms, by tag
   notes = [];
   trend = null;
   #asked = 0;
 
-  // options: as the address has them; label: of the buttons that move the span.
+  // options: from the address; label: of the buttons that move the span.
   constructor(scope, uPlot, options, label) {
     Object.assign(this, {scope, uPlot, choice: SpanChoice.of(options)});
     this.box = el('div', {class: 'panes'});
@@ -44,7 +44,7 @@ export class FollowingTrend {
     });
   }
 
-  // Other curves: other panes. `least`: ms that can't be zoomed into.
+  // Other curves need other panes. `least`: shortest span to zoom into, ms.
   curves(panes, least) {
     this.trend?.end();
     this.box.replaceChildren();
@@ -53,7 +53,7 @@ export class FollowingTrend {
   }
 
   #oldest() { return Object.values(this.histories).reduce((low, {oldest_ms}) => (oldest_ms === null ? low : Math.min(low ?? oldest_ms, oldest_ms)), null); }
-  // The newest time that the box told.
+  // The newest time that the box reported.
   newest() {
     const told = Math.max(...Object.values(this.histories).map(({newest_ms}) => newest_ms ?? 0), 0) || live.overview?.now_ms || Date.now();
     return live.stale || !live.overview ? told : Math.max(told, live.overview.now_ms);
@@ -74,7 +74,7 @@ export class FollowingTrend {
 
   history(tag, from_ms, to_ms, points) { return get(loopPath(tag, 'history') + query({from_ms: Math.round(from_ms), to_ms: Math.round(to_ms), points}), this.scope.signal); }
 
-  // Counts what was asked for: an answer to what is asked no longer is dropped.
+  // Counts the requests: an answer to an outdated request is dropped.
   get asked() { return this.#asked; }
 
   async load() {
@@ -94,7 +94,7 @@ export class FollowingTrend {
     this.follow();
   }
 
-  // While it follows: when a bucket is full.
+  // While it follows, it loads again when a bucket is full.
   follow(pause = this.#pause(), act = () => this.load()) {
     clearTimeout(this.timer);
     if (this.scope.over || this.choice.fixed) return;
@@ -102,7 +102,7 @@ export class FollowingTrend {
   }
   #pause() { return Math.min(30_000, Math.max(3000, ...Object.values(this.histories).map(({bucket_s}) => 1000 * (bucket_s ?? 0)))); }
 
-  // Of each loop; what has changed since comes with `live.alarms`.
+  // Reads the alarm lines of each loop; later changes arrive with `live.alarms`.
   async #alarmLines(tags) {
     if (this.linesOf === tags.join() && performance.now() - this.linesAt < LINES_EACH_MS) return this.lines;
     const answers = await Promise.all(tags.map((loop) => get(`/api/journal${query({loop, kind: 'alarm', most: MOST_LINES})}`, this.scope.signal).catch(() => null)));
@@ -124,7 +124,7 @@ export class FollowingTrend {
     this.drawn(span);
   }
 
-  // How a loop's curve is drawn in the span.
+  // Returns how a loop's curve is drawn in the span.
   said({t, bucket_s}, [from, to]) {
     if (!t.some((at) => at >= from && at <= to)) return tt.empty;
     return bucket_s === null ? tt.every : fill(tt.bucket, {step: duration(bucket_s)});

@@ -1,23 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
-// Gains of a loop, and what others would do. Pure.
+// Gains of a loop, and the effect of other gains. Pure.
 import {ofValve} from './codes.js';
 
 export const GAINS = ['kp', 'ki', 'kd'];
 export const sameGains = (a, b) => GAINS.every((name) => a[name] === b[name]);
 
-// The lines of the loop's file, all digits; of the derivative only where there is one, or the file has one to change.
+// Returns the lines for the loop's file, with all digits. Derivative lines are included only if it is used, or if the file has one to change.
 export const fileLines = (gains, file) => GAINS.filter((name) => name !== 'kd' || gains.kd !== 0 || file.kd !== 0).map((name) => `${name}: ${gains[name]}`);
 
 // Integral time, s; null: no integral action.
 export const integralTime = ({kp, ki}) => (ki > 0 ? kp / ki : null);
 
-// "V/(L/min)", "V/(L/min s)", "V s/(L/min)": of kp, ki, kd.
+// "V/(L/min)", "V/(L/min s)", "V s/(L/min)": units of kp, ki, kd.
 export function gainUnits(pv, co) {
   const below = pv || 'PV', above = co || 'CO', held = /[/ ]/.test(below) ? `(${below})` : below;
   return {kp: `${above}/${held}`, ki: `${above}/(${below} s)`, kd: `${above} s/${held}`};
 }
 
-// What speaks against settings: keys of texts.tuning.against.
+// Returns the objections to settings: keys of texts.tuning.against.
 export function against(trial, mostSensitivity) {
   if (!trial.stable) return ['unstable'];
   const found = [];
@@ -27,13 +27,13 @@ export function against(trial, mostSensitivity) {
   return found;
 }
 
-// What is chosen first: the recommended rule, else the first that there is; null: none.
+// Returns the initial choice: the recommended rule, otherwise the first available one; null: no rule.
 export const firstChoice = ({rules, recommended}) => recommended ?? (rules.length > 1 ? 1 : null);
 
-// Alarms of the loop's valve that are on: of such a loop no model speaks.
+// Active alarms of the loop's valve: with such an alarm no model is valid for the loop.
 export const sickness = (alarms, tag) => alarms.filter((alarm) => alarm.loop === tag && alarm.active && ofValve(alarm.alarm)).map(({alarm}) => alarm);
 
-// Columns of the trend: answers with the gains in force and with those of `chosen`.
+// Returns the columns of the trend: responses with the gains in force and with those of `chosen`.
 export function answersOf({t, sp, rules}, chosen) {
   const now = rules[0], then = rules[chosen] ?? now;
   return {t, sp, pv_now: now.pv, co_now: now.co, pv: then.pv, co: then.co};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// An operator's hand on a loop or an alarm. Nothing acts on the process before tag, old and new value were read once more.
+// Actions of an operator on a loop or an alarm. Each action on the process first shows tag, old and new value again.
 import {ask, field, toast} from '../lib/dialog.js';
 import {decimalsFor, fixed} from '../lib/format.js';
 import {el, facts, unit} from '../lib/dom.js';
@@ -15,8 +15,8 @@ const ta = texts.alarm;
 
 export const operator = () => ['operator', 'engineer'].includes(live.session.role) && Boolean(live.session.user);
 
-// What can be ordered: key, name, unit, limits, value in force. The stream rounds values; this asks for all their digits,
-// since nothing is changed where another value is in force than the operator saw.
+// Commands that a user can send: key, name, unit, limits, value in force. The stream rounds values; this requests all their digits,
+// because a change is refused if the value in force differs from the one that the operator saw.
 async function quantityOf(loop, what) {
   const o = live.overview, i = live.places.get(loop.tag);
   if (what === 'mode') return {what, name: t.mode, now: MODES[o.requested_mode[i]] ?? null};
@@ -29,7 +29,7 @@ async function quantityOf(loop, what) {
 const shownValue = (q, value) => {
   if (value === null) return texts.notKnown;
   if (q.what === 'mode') return texts.modes[value] ?? texts.notKnown;
-  // What was typed is shown as it was typed, though it has more digits than the display.
+  // A typed value is shown as typed, even with more digits than the display.
   const typed = String(Number(value?.toPrecision(7))).split('.')[1]?.length ?? 0;
   return `${fixed(value, Math.min(6, Math.max(q.decimals, typed)))}${q.unit ? ` ${q.unit}` : ''}`;
 };
@@ -73,20 +73,20 @@ export async function order(loop, what) {
   });
 }
 
-// Shows in `node`, a fact that was hidden, who set what is in force, by the journal's newest line of it.
+// Shows in `node`, a fact that was hidden, who set the value in force, from the journal's newest line about it.
 async function nameAuthor(node, tag, what) {
   let line = null;
   try {
     const {lines} = await get(`/api/journal${query({loop: tag, most: 50})}`);
     line = lines.find((one) => one.what.replaceAll(' ', '_') === what && one.result === 'done');
   } catch {
-    // Then it is not known.
+    // Then it stays unknown.
   }
   node.textContent = line ? fill(t.setBy, {who: line.peer || texts.journal.daemon, time: wall().dateTime(line.utc_ms)}) : texts.notKnown;
   node.closest('.facts > div').hidden = false;
 }
 
-// The value in force, who set it, and the one that was asked for.
+// The value in force, who set it, and the requested one.
 function confirm(loop, q, value) {
   const old = el('span', {}, shownValue(q, q.now)), author = el('span', {}), rows = facts([[t.tag, loop.tag], [t.what, q.name], [t.now, old], [t.author, author], [t.yours, el('strong', {}, shownValue(q, value))]]);
   author.closest('.facts > div').hidden = true;
@@ -99,7 +99,7 @@ function confirm(loop, q, value) {
         answer = await post(loopPath(loop.tag, 'order'), {set: {[q.what]: value}, confirm: {tag: loop.tag, old: q.now, new: value}});
       } catch (error) {
         if (error.status !== 409 || error.body.now === undefined) throw error;
-        // The operator decides anew, on the value that is in force now.
+        // The operator decides again, with the value that is now in force.
         q.now = error.body.now;
         old.textContent = shownValue(q, q.now);
         await nameAuthor(author, loop.tag, q.what);
@@ -111,7 +111,7 @@ function confirm(loop, q, value) {
   });
 }
 
-// Gains: old and new once more, then they act. `after`: they are in force.
+// Shows old and new gains again, then sets them. `after`: called when they are in force.
 export function tune(loop, old, wanted, after) {
   const tt = texts.tuning, text = (gains) => GAINS.map((name) => `${name} ${gains[name]}`).join(', ');
   const was = el('span', {}, text(old)), author = el('span', {}), rows = facts([[t.tag, loop.tag], [tt.old, was], [t.author, author], [tt.new, el('strong', {}, text(wanted))]]);
@@ -158,7 +158,7 @@ export function act(loop, alarm, action) {
   });
 }
 
-// Acknowledges all that waits of an incident.
+// Acknowledges all waiting alarms of an incident.
 export function acknowledgeIncident(incident, name) {
   const names = {loop: incident.loop, alarm: name};
   const reason = el('input', {name: 'reason', maxlength: 200, autocomplete: 'off'});

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How the alarm system does, folded away below the alarms, and asked for once it is opened.
+// Performance of the alarm system, folded below the alarms and requested when it is opened.
 import {TARGETS, figuresOf, reachesLess} from '../lib/alarm_figures.js';
 import {el, icon, scroller, table, unseen} from '../lib/dom.js';
 import {NONE, count, percent, significant} from '../lib/format.js';
@@ -14,7 +14,7 @@ const HOURS = [8, 24, 168, 720], USUAL_HOURS = 24, ROUND_MS = 60_000;
 const SHOWN = {per_hour: (v) => significant(v, 2), flood_percent: (v) => percent(v, 1), top_percent: (v) => percent(v, 0)};
 const number = {class: 'number'};
 
-// Whether a figure is as it should be, in a sign and a word.
+// Whether a figure meets its target, as a sign and a word.
 const sign = (right) => (right === null ? '' : el('span', {class: 'state'}, el('span', {class: 'sign'}, icon(right ? 'ok' : 'low')), el('span', {}, right ? t.within : t.beyond)));
 
 function figures(answer) {
@@ -23,7 +23,7 @@ function figures(answer) {
     t.targets[key] ? fill(t.targets[key], {n: TARGETS[key]}) : '', sign(right)]), {captionHidden: true, class: 'lines as-cards'}));
 }
 
-// Alarms by name: most frequent, chattering, stale.
+// Lists of alarms by name: most frequent, chattering, stale.
 function named(title, list, heads, cells) {
   if (!list.length) return null;
   return [el('h2', {}, title), scroller(title, table(title, [{head: texts.alarm.loop}, {head: texts.alarm.alarm, row: true}, ...heads.map((head) => ({head, class: 'number'}))],
@@ -55,7 +55,7 @@ export function alarmFigures(scope) {
       place.replaceChildren(...parts(answer, wish));
     } catch (error) {
       if (error.name === 'AbortError' || mine !== asked) return;
-      // Figures have their own times: those that stand there were so then.
+      // Figures have their own times: the displayed ones are valid for the displayed times.
       old.hidden = false;
       old.textContent = fill(texts.failed, {why: error.message});
       if (!known || live.stale) place.replaceChildren(el('p', {class: 'nothing'}, texts.notKnownNow));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The list of alarms, and of the one that is chosen what it means, what to do, why it came, and the operator's hands.
+// The list of alarms. For the selected one: its meaning, the required action, its cause, and the operator's buttons.
 import {actionsOf, ofValve, priority, waits} from '../lib/codes.js';
 import {Trend, loadPlotter} from '../lib/trend.js';
 import {arrangedAlarms} from '../lib/order.js';
@@ -24,10 +24,10 @@ const HISTORY = [{head: texts.journal.time, row: true, class: 'time'}, {head: te
 const hrefOf = (loop, part) => `#/alarms/${encodeURIComponent(loop)}/${encodeURIComponent(part)}`;
 const sizeText = (size) => (typeof size === 'number' ? percent(size, 1) : '–');
 
-// What came once does not flap: null.
+// An alarm that was raised once does not flap: null.
 export const flapsText = ({flaps}) => (flaps > 1 ? fill(t.flapsTimes, {n: count(flaps)}) : null);
 
-// Without a twin there is nothing to wait for; a loop that is not known may have one.
+// Without a twin no explanation will follow; an unknown loop may have one.
 export const notExplained = (loop) => (loop && !loop.twin ? texts.explain.noTwin : t.noExplanation);
 const describedLoop = (tag) => live.describe?.loops[live.places.get(tag)];
 
@@ -36,17 +36,17 @@ function stateCell(state, grave) {
   return el('span', {class: `state ${look}`}, el('span', {class: 'sign'}, icon(signOf(state, grave))), el('span', {}, texts.alarmStates[state] ?? texts.alarmStates.other));
 }
 
-// Of an incident, also where the alarms have its name: an operator may look at each.
+// For incidents, even if the alarms have the same name, because an operator may want to see each.
 const raisedBy = (line) => el('small', {class: 'raised-by'}, fill(t.raisedBy, {alarms: line.alarms.map((alarm) => nameOf(alarm.alarm)).join(', ')}));
 
-// Of a line that waits, for whoever may: no other view has to be opened first.
+// A button for a waiting line, for users with the permission, so that they need not open another view.
 function acknowledgeButton(line) {
   if (!mayAct() || !waits(line.state)) return '';
   const name = nameOf(line.name), press = () => (line.incident ? acknowledgeIncident(line.incident, name) : act(line.loop, line.alarm.alarm, 'acknowledge'));
   return el('button', {type: 'button', 'aria-label': `${t.acknowledge}: ${ownerName(line.loop)}, ${name}`, click: press}, t.acknowledge);
 }
 
-// Of alarms of the box who has them is said once, and they have no size.
+// For alarms of the box the owner is shown once, and they have no size.
 function tableOf(caption, lines, chosen, ofLoops = true) {
   const columns = [{head: t.state}, ofLoops && {head: t.loop}, {head: t.alarm, row: true}, ofLoops && {head: t.size, class: 'number'}, {head: t.raised, class: 'time'}].filter(Boolean);
   const rowOf = (line) => {
@@ -65,8 +65,8 @@ function tableOf(caption, lines, chosen, ofLoops = true) {
   return scroller(caption, node);
 }
 
-// The box's alarms are a group of their own, which is open while one of them waits.
-const fold = {waiting: '', open: false}; // as the reader left it, for what waited then
+// Alarms of the box are a separate group, which is open while one of them waits.
+const fold = {waiting: '', open: false}; // as the user left it, for the alarms that waited then
 function boxGroup(lines, chosen) {
   if (!lines.length) return null;
   const waiting = lines.filter((line) => waits(line.state)).map((line) => `${line.name} ${line.raised_ms}`).join();
@@ -82,7 +82,7 @@ function listOf(chosen) {
   return [boxGroup(box, chosen), loops.length ? tableOf(t.caption, loops, chosen) : null].filter(Boolean);
 }
 
-// What it means and what to do, as the daemon says it of an alarm.
+// Meaning and action of an alarm, as the daemon reports them.
 const guideOf = (e) => el('dl', {class: 'guide'}, [['action', t.action], ['time_to_act', texts.design.within], ['cause', t.cause], ['consequence', t.consequence]].filter(([key]) => e[key])
   .map(([key, head]) => el('div', {class: key}, el('dt', {}, head), el('dd', {}, e[key]))));
 
@@ -112,7 +112,7 @@ async function evidencePart(id, loop, scope) {
     await navigator.clipboard.writeText(evidence.replay);
     copied.textContent = texts.copied;
   }}, texts.copy) : null, copied));
-  // Drawn when it stands in the page and has a width.
+  // Drawn when it is part of the page and has a width.
   const draw = () => {
     const trend = new Trend(uPlot, box, {x: {unit: 's'}, least: 10 * step, panes: [
       {label: t.evidenceUpper, unit: loop?.pv_unit, range: ranges.pv_range, high: 190, curves: [{key: 'sp', name: v.sp, ink: 'sp', dash: [6, 4]}, {key: 'pv', name: v.pv, ink: 'measured'}]},
@@ -124,7 +124,7 @@ async function evidencePart(id, loop, scope) {
   return {node, draw};
 }
 
-// One change of a loop: what it is, why, and the alarms that it raised.
+// One change of a loop: what it is, its cause, and the alarms that it raised.
 class IncidentDetail {
   constructor(chosen, scope) {
     Object.assign(this, {chosen, scope});
@@ -147,7 +147,7 @@ class IncidentDetail {
       const report = ours ? await reportOf(ours.folder.split('/').at(-1), this.scope.signal) : null;
       if (this.scope.over) return;
       const line = linesOf(live.alarms, live.incidents).find((one) => one.incident && one.loop === loop);
-      // Where the explanation has found another cause than the alarms say, it has the remedy as well.
+      // If the explanation has found another cause than the alarms name, it also has the remedy.
       const telling = incident?.alarms.find((alarm) => alarm === incident.name) ?? (typeof incident?.confidence === 'number' ? null : incident?.alarms.at(-1));
       const [guide, notes] = await Promise.all([telling && get(loopPath(loop, 'alarms', telling), this.scope.signal), fetchNotes([loop], this.scope.signal).catch(() => [])]);
       if (this.scope.over) return;
@@ -196,7 +196,7 @@ class Detail {
       const e = await get(loopPath(loop, 'alarms', alarm), this.scope.signal);
       const report = e.evidence?.id ? await reportOf(e.evidence.id, this.scope.signal) : null;
       if (this.scope.over) return;
-      // What stands there stays, and with it the focus and what is selected, unless something is new.
+      // Content stays unless it has changed, and with it the focus and the selection.
       const key = JSON.stringify([{...e, monitor: null}, report?.id, live.session.can]);
       if (key === this.key) return;
       this.key = key;
@@ -258,7 +258,7 @@ export function show(main, {parts}, scope) {
     inner = new (scope.constructor)();
     detail = new (chosen.alarm === INCIDENT ? IncidentDetail : Detail)(chosen, inner);
     side.replaceChildren(detail.node);
-    // Evidence and explanation come after the alarm, and no event tells of them.
+    // Evidence and explanation follow after the alarm without an event.
     inner.every(5000, () => detail.load());
   };
   main.append(el('h1', {tabindex: -1}, t.title), el('div', {class: 'alarm-view'}, list, side));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The plant of boxes: its worst valves and for how long they have been ill, boxes that say nothing, versions that differ,
+// All boxes of the plant: their worst valves and how long these have been faulty, silent boxes, different versions,
 // alarm rates against ISA-18.2.
 import {NONE, count, duration, fixed, percent} from '../lib/format.js';
 import {SortedTable} from '../lib/sorted_table.js';
@@ -13,7 +13,7 @@ import {wall} from '../lib/shell.js';
 import {changeName, fill, texts} from '../texts.js';
 
 const t = texts.fleet;
-const SEVERE_PERCENT = 5; // as the daemon's own default: a box does not tell its own
+const SEVERE_PERCENT = 5; // the daemon's default; a box does not report its own
 const ROUND_MS = 10_000;
 const LEAST_TOP_PERCENT = 5; // so that small sizes look small
 const RATE_TOP = 16; // alarms in 10 minutes at the top of the bars
@@ -23,7 +23,7 @@ const panel = (title, ...what) => el('section', {class: 'panel'}, el('h2', {}, t
 const value = (...what) => el('span', {class: 'value'}, what);
 const dateTime = (ms) => wall().dateTime(ms);
 const at = (ms) => (ms === null ? NONE : value(dateTime(ms)));
-// A hash is a number; one that an edge of another make sends is whatever it is.
+// A hash is a number, but an edge of another make may send anything.
 export const hash = (text) => (text === null ? NONE : /^\d+$/.test(text) ? Number(text).toString(16).padStart(8, '0') : text);
 const boxCell = (row) => [el('span', {class: 'box-name'}, row.edge), el('small', {}, row.group)];
 const placeOf = (row) => [row.area, row.group, row.edge, row.online ? '' : t.away].filter(Boolean).join(' · ');
@@ -50,7 +50,7 @@ function rateBars(bins, figures) {
     svg('path', {class: 'rate-flood', d: barPath(bins, 24, RATE_TOP, (n) => n > figures.flood)}));
 }
 
-// The figures are for one operator, and all groups together have more than one.
+// The targets are for one operator, and all groups together have more than one.
 function verdict(rate, figures) {
   const [word, grave] = judged(rate, figures);
   return el('span', {class: `state ${grave ?? ''}`}, el('span', {class: 'sign'}, icon(grave ?? 'ok')), el('span', {}, t.judged[word]));
@@ -58,7 +58,7 @@ function verdict(rate, figures) {
 
 const sum = (groups, key) => groups.reduce((total, one) => total + one[key], 0);
 
-// One figure of the strip at the top: what, how much, and whether that is as it should be.
+// One figure of the strip at the top: its name, its value, and whether it meets its target.
 function figure(name, text, odd, note) {
   return el('div', {class: 'figure'}, el('dt', {}, name), el('dd', {}, odd ? icon('low') : null, value(text), note ? el('small', {}, note) : null));
 }
@@ -91,7 +91,7 @@ class FleetView {
     } catch (error) {
       if (error.name === 'AbortError' || wish !== this.wish) return;
       if (error.status === 401) { await live.renewSession(); return; }
-      // Another group's rows are not this one's, however old.
+      // Rows of another group are not shown for this one, however old.
       const mine = this.answer?.group === wish ? this.answer : null;
       this.answer = mine ?? error.body?.last ?? null;
       this.trouble = error.message;
@@ -155,7 +155,7 @@ class FleetView {
     ], (row) => row.group, 'group');
   }
 
-  // Shown once there is an answer; then only what is in them changes.
+  // Shown when the first answer arrives; after that only the contents change.
   #build() {
     if (this.shownWorst) return;
     this.shownWorst = el('p', {class: 'soft small'});
@@ -180,7 +180,7 @@ class FleetView {
     this.#groups(groups);
     this.#figures(answer.groups.filter((one) => !answer.group || one.group === answer.group));
     this.top = Math.max(LEAST_TOP_PERCENT, ...answer.valves.list.flatMap((row) => row.weeks.filter((v) => v !== null)));
-    // Of a box that is silent nothing is known, so nothing of it is called well.
+    // The state of a silent box is unknown, so it is never shown as good.
     const unheard = answer.silent.all, heard = (text) => (unheard ? fill(t.ofHeard, {text, n: count(unheard)}) : text);
     this.#list('faults', this.faults, answer.faults, heard(t.noFault), !unheard);
     this.#list('valves', this.valves, answer.valves, heard(t.noSick), !unheard);
@@ -215,7 +215,7 @@ class FleetView {
       figure(t.rateToday, fixed(rate?.day.per_10_min ?? 0, 2), worst !== null, worst ? `${worst.group}: ${t.judged[judged(worst.day, figures)[0]]}` : null));
   }
 
-  // What is old says so, and for how long it has been.
+  // Old data are marked as old, with their age.
   #age() {
     const {answer, trouble} = this;
     this.body.toggleAttribute('data-old', Boolean(trouble));
@@ -226,7 +226,7 @@ class FleetView {
     const text = fill(answer ? t.old : t.down, {why: trouble, time: answer ? dateTime(answer.now_ms) : '', long});
     if (this.old.text === text) return;
     this.old.text = text;
-    // A reader is told once, not each second.
+    // Screen readers get one announcement, not one per second.
     if (!this.old.firstChild) this.old.append(icon('bad'), el('span', {}));
     this.old.lastChild.textContent = text;
   }

@@ -19,7 +19,7 @@ export function changeOf(line) {
   return line.old || line.new ? `${word(line.old)} → ${word(line.new)}` : '';
 }
 
-// What the daemon says of a line, with the alarm's name as the page has it.
+// The daemon's text of a line, with the alarm's name as on the page.
 export const whatOf = (line) => (line.what ?? '').replace(/^consequence of (\w+)$/, (_, alarm) => fill(t.consequence, {alarm: changeName(alarm)}));
 
 const columns = [{head: t.time, row: true, class: 'time'}, {head: t.kind}, {head: t.loop}, {head: t.what}, {head: t.change, class: 'change'}, {head: t.who},
@@ -30,7 +30,7 @@ function lineRow(line) {
   return [wall().dateTime(line.utc_ms), t.kinds[line.kind] ?? line.kind, loop, what, changeOf(line), line.peer || t.daemon, line.result, line.reason];
 }
 
-// The form's wishes as the server takes them.
+// Returns the filter of the form as the server expects it.
 function wishes(form) {
   const data = new FormData(form), ms = (name) => (data.get(name) ? wall().fromInput(data.get(name)) : '');
   return {text: data.get('text'), loop: data.get('loop'), kind: data.get('kind'), from_ms: ms('from'), to_ms: ms('to')};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One loop: faceplate, trend, and what is known of its valve.
+// One loop: faceplate, trend, and information about its valve.
 import {FAULTS, FLAGS, MODES, named, priority, quality, shown} from '../lib/codes.js';
 import {FollowingTrend} from '../lib/trend_tools.js';
 import {loadPlotter} from '../lib/trend.js';
@@ -47,7 +47,7 @@ class Faceplate {
     this.source('');
   }
 
-  // Who judges the valve, and of a watched loop what its source leaves out (monitor.source).
+  // The detectors that judge the valve. For a watched loop also the values that its source leaves out (monitor.source).
   source(text) {
     if (this.sourceShown === text) return;
     this.sourceShown = text;
@@ -65,7 +65,7 @@ class Faceplate {
       this.outputHand = hand('output', `${t.output} …`), this.outputWhy = el('small', {class: 'soft'}, texts.acting.outputAuto));
   }
 
-  // Who, since when: of the loop's own answer, which comes less often.
+  // User and time of the last change: from the loop's own answer, which arrives less often.
   commissioning(holder) { this.holder = holder; }
 
   outOfService(why) { this.out = why; }
@@ -146,7 +146,7 @@ class LoopTrend extends FollowingTrend {
     return details;
   }
 
-  // Out of this trend: a note, others beside it, a picture.
+  // Links from this trend: a note, a comparison with other loops, a picture.
   #ways() {
     const {tag} = this.loop;
     return [this.noteButton(tag, `${texts.notes.title} …`), el('a', {class: 'button', href: `#/trends${query({curves: curvesText([{tag, quantity: 'pv'}, {tag, quantity: 'sp'}])})}`}, tt.others),
@@ -161,7 +161,7 @@ class LoopTrend extends FollowingTrend {
     if (this.rows()) this.#numbers();
   }
 
-  // Where every sample is shown, only the new ones are fetched.
+  // If every sample is shown, only the new ones are fetched.
   follow(...how) {
     if (how.length || this.rows()?.bucket_s !== null) super.follow(...how);
     else super.follow(1000, () => this.#tail());
@@ -176,7 +176,7 @@ class LoopTrend extends FollowingTrend {
       this.histories = {[tag]: trimmed(merged(history, tail), this.span()[0])};
       this.draw();
     } catch (error) {
-      if (error.name === 'AbortError') return; // else the stream's banner says that nothing comes
+      if (error.name === 'AbortError') return; // for other errors the stream's banner reports missing data
     }
     this.follow();
   }
@@ -278,7 +278,7 @@ export async function show(main, {parts: [tag = ''], options}, scope) {
   followDetails(loop, places, faceplate, scope, tuning);
 }
 
-// What changes slowly, each 5 s, and only where it changed: a reader's selection and scroll stay.
+// Slowly changing content: checked each 5 s, written only after a change, so that selection and scroll position stay.
 function followDetails(loop, places, faceplate, scope, tuning) {
   const put = (name, key, make) => {
     const text = JSON.stringify(key);
@@ -289,7 +289,7 @@ function followDetails(loop, places, faceplate, scope, tuning) {
     const fresh = places[name].querySelector('.scroller');
     if (fresh) fresh.scrollLeft = scrolled;
   };
-  // How alarms are meant changes with the files alone.
+  // The design of alarms changes only with the files.
   let designs = null;
   scope.on(live, 'describe', () => { designs = null; });
   scope.every(5000, async () => {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The parts of a loop's view that are tables and words.
+// Tables and texts in the view of a loop.
 import {CONDITIONS, ofValve} from '../lib/codes.js';
 import {el, facts, scroller, table} from '../lib/dom.js';
 import {NONE, bytes, count, duration, fixed, percent, quantity, significant} from '../lib/format.js';
@@ -20,7 +20,7 @@ export function conditionTable(condition) {
   }), {class: 'as-cards'}));
 }
 
-// State of routine evidence and its next judgement: of the shortest windows, and of those that were judged.
+// State of routine evidence and its next judgement: the shortest windows, and the judged ones.
 function routineRows(levels) {
   const t = texts.measures;
   return levels.filter((one, i) => i === 0 || one.windows > 0).map((one) => [fill(t.routine, {window: duration(one.window_s)}),
@@ -29,7 +29,7 @@ function routineRows(levels) {
 }
 
 export function measureTable(m) {
-  const t = texts.measures, index = significant(m.oscillation_index, 2), of = (text) => (m.windows ? text : NONE); // without a window nothing is measured
+  const t = texts.measures, index = significant(m.oscillation_index, 2), of = (text) => (m.windows ? text : NONE); // without a window there are no measured values
   const rows = [
     [t.state, m.window_state], [t.windows, fill(t.suppressed, {n: count(m.windows), m: count(m.windows_suppressed)})],
     [t.oscillation, of(m.oscillation_index > 1 ? fill(t.oscillates, {period: duration(m.oscillation_period_s), index}) : fill(t.steady, {index}))],
@@ -43,7 +43,7 @@ export function measureTable(m) {
   return table(t.caption, [{head: t.measure, row: true}, {head: t.value, class: 'number'}], rows, {captionHidden: true, class: 'pairs'});
 }
 
-// Who commissions the loop; what is not known yet is left out.
+// The author of the loop's commissioning and its data. Unknown entries are left out.
 export function commissioningText(holder) {
   const t = texts.commissioning;
   if (!holder) return t.on;
@@ -52,7 +52,7 @@ export function commissioningText(holder) {
 
 const verdictText = (name) => texts.windows.verdicts[name] ?? name;
 
-// A class's probability, and below it what its specialist leaves unexplained.
+// A class's probability, and below it the residual of its specialist.
 function classCell(window, name) {
   if (!window.specialists.length) return '';
   const specialist = window.specialists.find((one) => one.class === name), p = specialist?.probability;
@@ -76,7 +76,7 @@ export function healthTable(loop) {
   const names = ['transactions', 'timeouts', 'device_exceptions', 'invalid_replies', 'stale_replies_discarded', 'reconnects', 'writes', 'write_errors', 'old_commands_withheld'];
   const lost = recording.dropped + (recording.queue_dropped ?? 0) + recording.rows_lost;
   const age = (ms) => (!known(ms) ? NONE : ms < 10_000 ? `${significant(ms, 3)} ms` : duration(ms / 1000));
-  const pvAge = loop.pv_age_ms > 1000 * loop.time_s + 10_000 ? t.never : age(loop.pv_age_ms); // older than the daemon: none has come
+  const pvAge = loop.pv_age_ms > 1000 * loop.time_s + 10_000 ? t.never : age(loop.pv_age_ms); // older than the daemon: no value has arrived
   const rows = [[t.connected, yes(io.connected)], [t.pvAge, pvAge], [t.positionAge, age(loop.position_age_ms)],
     ...names.map((name) => [t[name], count(io[name])]), [t.refused, count(loop.orders_refused)],
     [t.rows, count(recording.rows)], [t.lost, count(lost)], [t.bytes, bytes(recording.bytes)],
@@ -84,7 +84,7 @@ export function healthTable(loop) {
   return table(t.caption, [{head: t.what, row: true}, {head: t.value, class: 'number'}], rows.filter(Boolean), {captionHidden: true, class: 'pairs'});
 }
 
-// What the twin says beside its alarm. Times in minutes: what changes no more than once a minute is drawn no more often.
+// Facts of the twin next to its alarm. Times are in minutes, because content that changes once a minute is then drawn only once a minute.
 export function twinFacts(twin) {
   const minutes = (s) => 60 * Math.round(s / 60), {load_outside: load} = twin;
   return {judging: twin.judging, why: twin.controller_not_watched, load: load && {size: significant(load.size), for_s: minutes(load.since_s)},
@@ -101,17 +101,17 @@ export function twinPart(said, loop) {
     said.untested.map((one) => [t.changes[one.change] ?? one.change, fill(one.tested ? t.ago : t.never, {long: age(one.for_s)})]), {class: 'pairs'}));
 }
 
-// Who judges the valve, by the loop's description.
+// The detectors that judge the valve, from the loop's description.
 export function judgesOf(loop) {
   const t = texts.loop.by, list = loop.specialists.filter(ofValve).map(verdictText).join(', ');
   const judges = [list && fill(t.specialists, {list}), loop.monitor ? t.routine : null, loop.twin ? t.twin : null].filter(Boolean);
   return judges.length ? judges.join('; ') : t.none;
 }
 
-// How an alarm is now. One that follows from no other is suppressed while it can't be judged.
+// Present state of an alarm. An alarm that isn't a consequence of another one is suppressed while it can't be judged.
 export const alarmNow = ({state, consequence}) => (state === 'suppressed' && !consequence ? texts.design.notNow : texts.alarmStates[state] ?? texts.alarmStates.other);
 
-// How the loop's alarms are meant; `stateNow(alarm)`: in words, how it is now. The process's come first, since they are acted on first.
+// The design of the loop's alarms; `stateNow(alarm)`: its present state in words. Process alarms are first, because they need action first.
 export function alarmTable(designs, loop, stateNow) {
   const t = texts.design, range = [0, loop.pv_range[1] - loop.pv_range[0]], withUnit = (value, unit) => (known(value) ? quantity(value, range, unit) : '');
   const columns = [{head: t.alarm, row: true}, {head: t.priority}, {head: t.limit, class: 'number'}, {head: t.deadBand, class: 'number'}, {head: t.delays, class: 'number'}, {head: t.suppressedBy, class: 'words'}, {head: t.within, class: 'words'}, {head: t.now}];
@@ -122,7 +122,7 @@ export function alarmTable(designs, loop, stateNow) {
   return designs.some(({limit}) => known(limit)) ? node : el('div', {}, node, el('p', {class: 'soft small'}, t.noLimits));
 }
 
-// What keeps the loop calm until its valve is repaired; null: nothing does, and nothing is offered.
+// State of the function that reduces cycling until the valve is repaired; null: none is active or offered.
 export function calmPart(loop, begin) {
   const t = texts.calm, state = loop.monitor.corrective_action, says = loop.compensator?.says;
   if (state === 'off' && !says) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reports of what is recorded of a loop: those that were asked for, and the form by which an engineer asks for one.
+// Reports on a loop's record: the requested ones, and the form with which an engineer requests one.
 import {KINDS, atWork, sent, shown, told} from '../lib/asked.js';
 import {el, scroller, setText, table, unseen} from '../lib/dom.js';
 import {field} from '../lib/dialog.js';
@@ -13,12 +13,12 @@ import {fill, texts} from '../texts.js';
 const t = texts.asked;
 
 const EACH_MS = 2000;
-const CALM_ROUNDS = 5; // while nothing is at work, only each fifth round asks
+const CALM_ROUNDS = 5; // while no report is in work, only each fifth round sends a request
 
 export class LoopReports {
   #round = 0;
   #touched = false;
-  #placed = false; // the form says what place the newest wish has
+  #placed = false; // the form shows the queue position of the newest request
 
   constructor(loop, trend, scope) {
     Object.assign(this, {loop, trend, scope});
@@ -48,7 +48,7 @@ export class LoopReports {
 
   #kept() { return {oldest_ms: this.trend.rows()?.oldest_ms ?? NaN, newest_ms: this.trend.newest()}; }
 
-  // The form's times are those of the trend until somebody writes others.
+  // The form has the times of the trend until the user writes others.
   #follow() {
     if (!this.from || this.#touched || document.activeElement === this.from || document.activeElement === this.to) return;
     const span = shown(this.trend.span(), this.#kept());
@@ -94,7 +94,7 @@ export class LoopReports {
   }
 }
 
-// The date of the end, where it is another.
+// The date of the end, if it differs.
 function overText(from_ms, to_ms) {
   const clock = wall(), sameDay = clock.date(from_ms) === clock.date(to_ms);
   return `${clock.dateTime(from_ms)} – ${sameDay ? clock.time(to_ms) : clock.dateTime(to_ms)}`;

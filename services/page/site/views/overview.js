@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// All loops, the worst first, as tiles or as a table. Every loop keeps its node; with each set of values only what
-// changed is written, of the loops that are on the screen, and pictures are drawn in the same frame.
+// All loops, worst first, as tiles or as a table. Every loop keeps its node. Each set of values writes only the
+// changes, only of visible loops, and draws pictures in the same frame.
 import {el, icon, setAttribute, setText, unit, unseen} from '../lib/dom.js';
 import {NONE, decimalsFor, fixed} from '../lib/format.js';
 import {live} from '../lib/live.js';
@@ -16,7 +16,7 @@ const COLUMNS = [['tag', t.tag], ['alarm', t.state], ['mode', t.mode], ['pv', te
   ['condition', t.condition], [null, t.trend]];
 const loopHref = (tag) => `#/loop/${encodeURIComponent(tag)}`;
 
-// The nodes of one loop that change, in a tile as in a row.
+// The changing nodes of one loop, in a tile or in a row.
 class Item {
   constructor(loop, i, asTable) {
     this.i = i;
@@ -81,7 +81,7 @@ class Item {
     setText(this.condition, fixed(o.condition[i], 0));
     setAttribute(this.condition, 'class', o.condition[i] !== null && o.condition[i] < 50 ? 'value poor' : 'value');
     setAttribute(this.node, 'data-old', o.stands[i] ? '' : null);
-    // The picture changes with a new extreme, or where PV has moved by a dot of its gauge.
+    // The picture changes with a new extreme, or after PV has moved by a dot of its gauge.
     const [low, high] = loop.pv_range, dot = o.pv[i] === null ? '' : Math.round(this.canvas.tall * (o.pv[i] - low) / (high - low));
     const sketch = `${live.sparks[i].version} ${dot} ${this.values.sp.shown} ${this.canvas.room}`;
     if (sketch === this.drawn) return;
@@ -194,7 +194,7 @@ class Overview {
     if (live.overview) for (const {target, isIntersecting} of entries) if (isIntersecting) this.nodes.get(target)?.update(live.overview);
   }
 
-  // Their order is looked at once a second: a list that never stands still can't be read.
+  // The order is updated once a second, because a list that changes constantly can't be read.
   #arrange(o) {
     const now = performance.now();
     if (this.arrangedAt && now - this.arrangedAt < 1000) return;
@@ -216,7 +216,7 @@ class Overview {
     this.#place(places.map((i) => this.items[i]));
   }
 
-  // Moves only what stands elsewhere, so that focus and scroll stay.
+  // Moves only nodes with another place, so that focus and scroll position stay.
   #place(items) {
     const keep = new Set(items.map((item) => item.node)), focus = document.activeElement;
     for (const node of [...this.body.children]) {
@@ -246,7 +246,7 @@ class Overview {
     for (const node of this.visible) this.nodes.get(node)?.update(o);
   }
 
-  // Arrows go from tile to tile as the eye does.
+  // Arrow keys move from tile to tile in the visible direction.
   #keys(event) {
     const links = [...this.body.querySelectorAll('a')], at = links.indexOf(document.activeElement);
     if (at < 0 || event.ctrlKey || event.metaKey || event.altKey) return;

@@ -9,7 +9,7 @@ const t = texts.reports;
 
 export const reportHref = (id) => `/reports/${id.split('/').map(encodeURIComponent).join('/')}`;
 
-// The report that the twin wrote on a piece of evidence, or null.
+// Returns the twin's report on a piece of evidence, or null.
 export async function reportOf(evidence, signal) {
   try {
     return (await get(`/api/reports${query({evidence})}`, signal))[0] ?? null;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Setups that have begun and are not done, as the daemon reads them from the files of `loopwarden setup`.
+// Unfinished setups, as the daemon reads them from the files of `loopwarden setup`.
 import {el, table} from '../lib/dom.js';
 import {wall} from '../lib/shell.js';
 import {fill, texts} from '../texts.js';

@@ -18,11 +18,11 @@ const panel = (title, ...what) => el('section', {class: 'panel'}, el('h2', {}, t
 const hex = (crc) => (typeof crc === 'number' ? crc.toString(16).padStart(8, '0') : crc ?? NONE);
 
 const LOOKED_AT = 200, CHANGES = 5; // lines of the journal
-const unfolded = new Set(); // titles of what the reader has opened
+const unfolded = new Set(); // titles of opened sections
 
 const folded = (title, ...what) => el('details', {open: unfolded.has(title), toggle: (event) => { if (event.target.open) unfolded.add(title); else unfolded.delete(title); }}, el('summary', {}, title), what);
 
-// Bin k holds what took from 2^k to 2^(k+1) µs; the first also what took less, the last also what took more.
+// Bin k counts durations from 2^k to 2^(k+1) µs; the first also shorter ones, the last also longer ones.
 function histogram(title, h) {
   const total = h.bins.reduce((sum, n) => sum + n, 0), most = Math.max(...h.bins, 1);
   const used = h.bins.map((n, k) => [n, k]).filter(([n]) => n > 0), from = used[0]?.[1] ?? 0, to = used.at(-1)?.[1] ?? 0;
@@ -45,7 +45,7 @@ function pairsOf(object) {
     .map(([name, value]) => [name.replaceAll('_', ' '), counter(name, value)]);
 }
 
-// What has changed of the box, the newest first; of its loops the journal tells.
+// Changes of the box, newest first. Changes of its loops are in the journal.
 async function changesOf(signal) {
   const answers = await Promise.all([{kind: 'system'}, {text: 'reload'}, {loop: BOX}].map((which) => get(`/api/journal${query({...which, most: LOOKED_AT})}`, signal)));
   const lines = new Map(answers.flatMap((answer) => answer.lines).filter((line) => !line.loop || ofBox(line)).map((line) => [line.id, line]));
@@ -59,7 +59,7 @@ function changesPart(lines) {
     el('span', {}, [line.alarm && changeName(line.alarm), line.what, changeOf(line), line.peer, line.result, line.reason].filter(Boolean).join(', ')))));
 }
 
-// Whether the box is well, first of all.
+// The health of the box is shown first.
 function healthPart(answer, warnings) {
   if (!answer?.daemon) {
     const since = answer?.daemon_state?.since_ms;

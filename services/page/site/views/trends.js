@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Curves of several loops on one axis of time. What is shown stands in the address, so that it can be kept and sent.
+// Curves of several loops on one axis of time. The selection is in the address, so that it can be saved and sent.
 import {FollowingTrend} from '../lib/trend_tools.js';
 import {MOST_CURVES, QUANTITIES, curvesIn, curvesText, joined, panesOf} from '../lib/curves.js';
 import {loadPlotter, swatch} from '../lib/trend.js';
@@ -47,7 +47,7 @@ class Trends extends FollowingTrend {
     return el('form', {class: 'adder', submit: add}, list, field(t.loop, tag), field(t.quantity, quantity), el('button', {type: 'submit'}, t.add), this.trouble);
   }
 
-  // Other curves: other panes.
+  // Other curves need other panes.
   #rebuild() {
     const panes = panesOf(this.chosenCurves, find, nameOf), high = Math.max(170, 420 / Math.max(panes.length, 1));
     this.curves(panes.map((pane) => ({...pane, high})));
@@ -69,7 +69,7 @@ class Trends extends FollowingTrend {
     return this.#joined;
   }
 
-  // In the address, which the browser keeps: no view is opened anew.
+  // Stored in the address, which the browser keeps; no view is opened again.
   async load() {
     history.replaceState(null, '', `#/trends${query({curves: curvesText(this.chosenCurves), ...this.choice.address})}`);
     await super.load();

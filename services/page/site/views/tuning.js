@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A loop's gains: what is in force, what the file has, and, for an engineer, what the rules would give and do.
+// A loop's gains: those in force, those of the file, and, for an engineer, the proposals of the rules and their effect.
 import {GAINS, against, answersOf, fileLines, firstChoice, gainUnits, integralTime, sameGains, sickness} from '../lib/tuning.js';
 import {NONE, duration, fixed, percent, significant} from '../lib/format.js';
 import {Trend} from '../lib/trend.js';
@@ -13,7 +13,7 @@ import {changeName, fill, texts} from '../texts.js';
 const t = texts.tuning;
 const nameOf = (trial) => (trial.rule ? t.rules[trial.rule] ?? trial.rule : t.today);
 
-// The lines to paste, and that a restart forgets what is not there.
+// The lines to paste, with a reminder that a restart drops values that are not in the file.
 function fileNote(gains) {
   const lines = fileLines(gains.in_force, gains.file).join('\n');
   const copy = navigator.clipboard ? el('button', {type: 'button', click: async (event) => {
@@ -127,14 +127,14 @@ class Proposals {
   }
 }
 
-// Where the page has no hand on the gains: why, in words; null: it has.
+// Returns in words why the page can't change the gains; null: it can.
 function whyNot() {
   const {session} = live;
   if (session.can?.tuning) return null;
   return session.login && live.describe.page?.tuning ? t.needsEngineer : t.off;
 }
 
-// {node, show(gains), refresh()}: `gains` as the daemon tells them; refresh() asks it.
+// {node, show(gains), refresh()}: `gains` as the daemon reports them; refresh() requests them.
 export function tuningPart(loop, scope, uPlot) {
   const told = el('div', {class: 'told'}, el('p', {class: 'nothing'}, texts.loading)), why = whyNot();
   let key = '';
@@ -153,7 +153,7 @@ export function tuningPart(loop, scope, uPlot) {
       told.replaceChildren(el('p', {class: 'trouble', role: 'alert'}, fill(texts.failed, {why: error.message})));
     }
   };
-  // What was set is shown at once, and the proposals stand beside it.
+  // New gains are shown immediately; the proposals stay next to them.
   const proposals = why ? null : new Proposals(loop, scope, uPlot, async () => {
     await refresh();
     await proposals.load();

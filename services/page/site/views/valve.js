@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One valve of the fleet, as the host knows it: its alarms and their sizes over weeks, conditions, explanation, last values.
+// One valve of the fleet, from the host's data: alarms and their sizes over weeks, conditions, explanation, last values.
 import {NONE, percent, significant} from '../lib/format.js';
 import {CONDITIONS, priority} from '../lib/codes.js';
 import {Trend, loadPlotter} from '../lib/trend.js';
@@ -14,12 +14,12 @@ import {changeName as nameOf, fill, texts} from '../texts.js';
 
 const t = texts.valve;
 const SEVERE_PERCENT = 5;
-const LINES = [['measured', null], ['co', [6, 4]], ['stem', [3, 3]], ['sp', [8, 3, 2, 3]]]; // told apart without colour too
+const LINES = [['measured', null], ['co', [6, 4]], ['stem', [3, 3]], ['sp', [8, 3, 2, 3]]]; // can be distinguished without colour
 const stateText = (state) => texts.alarmStates[state] ?? state;
 const panel = (title, ...what) => el('section', {class: 'panel'}, el('h2', {}, title), what);
 const byName = (values) => new Map(values.map((one) => [one.name, one]));
 
-// The host has an explanation by the names of the edge's metrics.
+// The host stores an explanation under the names of the edge's metrics.
 const explanationOf = ({time_ms, parts: p}) => ({...p, size_percent: p.size, low_percent: p.low, high_percent: p.high, ended_ms: time_ms});
 
 function alarmTable(valve) {
@@ -29,7 +29,7 @@ function alarmTable(valve) {
     percent(alarm.severity, 1), wall().dateTime(alarm.changed_ms)]), {captionHidden: true, class: 'lines as-cards'}));
 }
 
-// What raised the alarms, as one.
+// The cause of the alarms, as one line.
 function incidentLine({incident: one}) {
   if (!one?.active) return null;
   const sure = one.confidence === null ? '' : fill(t.sure, {confidence: percent(100 * one.confidence)});
@@ -64,7 +64,7 @@ function boxFacts(valve) {
     [texts.fleet.heard, wall().dateTime(valve.heard_ms)]]);
 }
 
-// Columns over time as the trend draws them; what has never been known is left out.
+// Columns over time for the trend; values that were never known are left out.
 function curvesOf({from_ms, step_s, severity}) {
   const known = Object.entries(severity).filter(([, values]) => values.some((value) => value > 0)).slice(0, LINES.length);
   if (!known.length) return null;
@@ -100,7 +100,7 @@ async function drawWeeks(valve, box, scope) {
   scope.atEnd(() => trend.end());
 }
 
-// Of a valve whose box is away nothing is known of now.
+// The present state of a valve is unknown while its box is away.
 const awayNote = (valve) => (valve.online ? null : el('div', {class: 'old-note'}, icon('bad'), el('span', {}, fill(valve.box_online ? t.loopAwayLong : t.away, {time: wall().dateTime(valve.heard_ms)}))));
 
 export async function show(main, {parts}, scope) {

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "model/specialist/train/growing.hpp"
+#include "model/specialist/train/limits.hpp"
 #include "tests/model/specialist/judge/specialist_support.hpp"
 
 namespace ensemble_test {
@@ -78,7 +79,7 @@ TEST_CASE("a signature with a missing sample has no verdict", "[specialist]") {
 
 TEST_CASE("roles go three to one to one, and the target is the strongest", "[specialist]") {
   std::array<int, 3> count{};
-  for (std::size_t i = 0; i < kSignaturesOfCondition; ++i) {
+  for (std::size_t i = 0; i < specialist::TrainLimits::kSignaturesOfCondition; ++i) {
     ++count[static_cast<std::size_t>(role_of(i))];
   }
   CHECK(count == std::array{15, 5, 5});

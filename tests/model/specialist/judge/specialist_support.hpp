@@ -57,7 +57,7 @@ inline specialist::ParallelFor backwards() {
 // than the fitter's simulates it: sample by sample, in CO units, from the middle of the play.
 struct PlayWindow {
   std::vector<double> pv, co;
-  specialist::LoopWindow view() const { return {pv, co}; }
+  numeric::LoopView view() const { return {.pv = pv, .co = co}; }
 };
 inline PlayWindow play_window(double deadband, double noise, double co_scale = 1.0,
                               double co_zero = 0.0, double pv_scale = 1.0) {

@@ -12,7 +12,7 @@ const names = new Map(); // by alias
 let expected = null;
 let asked = false;
 
-setTimeout(() => end("nothing more within 60 s"), 60_000);
+setTimeout(() => end("no further data within 60 s"), 60_000);
 const client = mqtt.connect(`mqtt://127.0.0.1:${port}`, { clientId: "npm-host" });
 
 function end(why) {

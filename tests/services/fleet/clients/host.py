@@ -78,7 +78,7 @@ def main():
     came = done.wait(60)
     client.disconnect()
     print(json.dumps(seen))
-    sys.exit(0 if came else "nothing more within 60 s")
+    sys.exit(0 if came else "no further data within 60 s")
 
 
 main()

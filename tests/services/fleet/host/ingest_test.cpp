@@ -101,12 +101,12 @@ TEST_CASE("a box that refuses to send evidence names the evidence and the reason
   taken(ingest,
         {edge.nbirth(), edge.birth_of({metric("order/result", DataType::string, std::string())})});
   const Batch batch =
-      taken(ingest, {said("request/evidence stiction: refused: there is none"),
+      taken(ingest, {said("request/evidence stiction: refused: no such evidence"),
                      said("request/evidence e1: left out: a is larger than 1 bytes"),
                      said("sp 5: refused: the loop is in manual")});
   REQUIRE(batch.rows.refusals.size() == 1);
   CHECK(batch.rows.refusals[0].request == "stiction");
-  CHECK(batch.rows.refusals[0].why == "there is none");
+  CHECK(batch.rows.refusals[0].why == "no such evidence");
 }
 
 TEST_CASE("a batch that is not committed has no effect") {

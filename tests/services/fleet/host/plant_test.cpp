@@ -550,9 +550,11 @@ TEST_CASE("the decimated history matches the values, also late ones", "[plant]")
   exec(R"(INSERT INTO edge(group_name, name) VALUES('A', 'box1');
     INSERT INTO device(edge_id, name, tag) VALUES(1, 'FIC', 'FIC');
     INSERT INTO metric(device_id, name, type) VALUES(1, 'pv', 'Double');
-    INSERT INTO value SELECT 1, date_bin('15 minutes', now(), 'epoch') - interval '1 hour' + n * interval '1 minute', n
+    INSERT INTO value SELECT 1, date_bin('15 minutes', now(), 'epoch') - interval '1 hour' + n *
+        interval '1 minute', n
       FROM generate_series(0, 9) n;
-    INSERT INTO history_waiting SELECT 1, date_bin('15 minutes', now(), 'epoch') - interval '1 hour')");
+    INSERT INTO history_waiting SELECT 1, date_bin('15 minutes', now(), 'epoch') - interval
+        '1 hour')");
   CHECK(fleet::decimate_history(*connection, "B", 10) == 0);
   CHECK(fleet::decimate_history(*connection, "A", 10) == 1);
   CHECK(database.ask("SELECT (count, mean, low, high, last)::text FROM history_decimated") ==
@@ -740,8 +742,8 @@ TEST_CASE("evidence is requested until it is complete, or until the box reports 
   SECTION("the box has none") {
     plant.write({plant.edge.data(
         {metric("order/result", DataType::string,
-                std::string("request/evidence stiction: refused: there is none"))})});
-    CHECK(plant.database.ask("SELECT answer FROM request") == "there is none");
+                std::string("request/evidence stiction: refused: no such evidence"))})});
+    CHECK(plant.database.ask("SELECT answer FROM request") == "no such evidence");
   }
   SECTION("no answer at all: the requests end") {
     for (int tries = 1; tries < 6; ++tries) {
@@ -764,11 +766,15 @@ TEST_CASE("a box that differs from most of its group is listed", "[plant]") {
   // Group A: two of three have one configuration. Group B: two of four have it, which is no
   // majority.
   pqxx::nontransaction(*connection).exec(R"(
-    INSERT INTO edge(group_name, name) SELECT g, g || n FROM (VALUES('A', 3), ('B', 4)) s(g, m), generate_series(1, m) n;
+    INSERT INTO edge(group_name, name) SELECT g, g || n FROM (VALUES('A', 3), ('B', 4)) s(g, m),
+        generate_series(1, m) n;
     INSERT INTO device(edge_id, name, tag) SELECT id, '', '' FROM edge;
-    INSERT INTO metric(device_id, name, type) SELECT id, unnest(ARRAY['version', 'config_hash', 'model_hash']), 'String' FROM device;
-    INSERT INTO latest SELECT m.id, now(), CASE m.name WHEN 'config_hash' THEN greatest(substr(e.name, 2)::integer, 2) END,
-        CASE m.name WHEN 'version' THEN CASE e.name WHEN 'B3' THEN '1' ELSE '2' END WHEN 'model_hash' THEN CASE e.name WHEN 'A2' THEN 'x' ELSE 'y' END END, false
+    INSERT INTO metric(device_id, name, type) SELECT id, unnest(ARRAY['version', 'config_hash',
+        'model_hash']), 'String' FROM device;
+    INSERT INTO latest SELECT m.id, now(), CASE m.name WHEN 'config_hash' THEN
+        greatest(substr(e.name, 2)::integer, 2) END,
+        CASE m.name WHEN 'version' THEN CASE e.name WHEN 'B3' THEN '1' ELSE '2' END WHEN
+            'model_hash' THEN CASE e.name WHEN 'A2' THEN 'x' ELSE 'y' END END, false
       FROM metric m JOIN device d ON d.id = m.device_id JOIN edge e ON e.id = d.edge_id)");
   const auto boxes = [&](const char* which) {
     return database.ask(fmt::format(

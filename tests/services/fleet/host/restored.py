@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """Saves the fleet's database while boxes send, loses it and restores it, by the commands of
-docs/fleet.md (Backup and restore).
+docs/how-to/back-up-and-restore.md.
 
 The backup is younger than the edges' resend_window, so the edges still have all later messages.
 After the restore each value must be in the database exactly once.

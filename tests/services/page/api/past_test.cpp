@@ -39,7 +39,7 @@ void write_run(const std::filesystem::path& folder, std::uint64_t sequence, std:
     row.sp = 5.0;
     row.co = 40.0;
     row.stem = 39.5;
-    row.mode = 1;
+    row.mode = control::Mode::automatic;
     record::encode(row, i, header.crc, bytes);
     file.write(bytes.data(), bytes.size());
   }

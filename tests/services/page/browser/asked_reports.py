@@ -31,7 +31,7 @@ def ends(box, browser, tag, kind, how):
     browser.until(lambda: browser.all(ROWS), f"{kind} is not in the list: {browser.text('.asked-reports')}")
     browser.until(lambda: re.search("\\b(done|failed)\\b", browser.text(ROWS)), f"{kind} does not end", 900)
     browser.check(how in browser.text(ROWS), f"{kind} ends so: {browser.text(ROWS)}")
-    browser.until(lambda: "of those that wait" not in browser.text(".asked-reports form"), f"{kind} has ended, and is said to wait")
+    browser.until(lambda: "in the queue" not in browser.text(".asked-reports form"), f"{kind} has ended, but is shown as waiting")
     browser.until(lambda: browser.all(f"{ROWS} th a"), f"{kind} can't be opened: {browser.text(ROWS)}", 30)
     return browser.find(f"{ROWS} th a").get_attribute("href")
 
@@ -65,7 +65,7 @@ def asked(box, browser, tag):
     the time of the trend and opens in its sandbox."""
     path = f"/api/loops/{tag}/reports"
     browser.go(box, f"loop/{tag}")
-    browser.until(lambda: "log in as an engineer" in browser.text(".asked-reports"), "an operator is not told who may ask")
+    browser.until(lambda: "log in as an engineer" in browser.text(".asked-reports"), "an operator does not see who may request reports")
     browser.check(not browser.all(".asked-reports form"), "an operator is offered to ask for a report")
     status = browser.run_async(POST, path, {"kind": "gap", "from_ms": 1, "to_ms": 2})
     browser.check(status == 403, f"an operator's wish for a report gets {status}")

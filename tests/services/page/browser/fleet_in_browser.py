@@ -45,13 +45,13 @@ def boxes_of(rows):
 def only_the_fleet(plant, browser):
     """A machine without a daemon begins with the fleet, and has no link to a box."""
     browser.driver.get(plant.url)
-    browser.until(lambda: browser.all("form.panel input[name=password]"), "nobody is asked to log in")
+    browser.until(lambda: browser.all("form.panel input[name=password]"), "no log-in is requested")
     browser.check(not browser.all("main table"), "the fleet is shown to whom is not logged in")
     browser.log_in(plant, "vera")
-    browser.until(lambda: browser.run("document.querySelector('main').dataset.view") == "fleet" and browser.all(".worst tbody tr"), "the fleet is not what comes first")
+    browser.until(lambda: browser.run("document.querySelector('main').dataset.view") == "fleet" and browser.all(".worst tbody tr"), "the fleet is not the first view")
     browser.check(nav(browser) == ["Fleet"], f"the ways are {nav(browser)}")
     browser.check(browser.run("document.querySelector('.nav a[aria-current]').innerText.trim()") == "Fleet", "the fleet's way is not marked")
-    browser.check(not browser.run("document.querySelector('.summary').offsetParent"), "alarms of a box are shown where there is none")
+    browser.check(not browser.run("document.querySelector('.summary').offsetParent"), "alarms of a box are shown without a box")
     browser.check(not browser.run("document.body.classList.contains('stale')"), "values of a box that is not there are called old")
 
 
@@ -70,9 +70,9 @@ def worst_shows(browser):
     browser.check(min(y for _, y, _ in curves) == curves[0][1] < 2, "the worst's curve is not the highest")
     browser.check(curves[0][2] > 10, "a fault that grew has a level curve")
     spoken = browser.run("document.querySelector('.worst .curve-cell .unseen').textContent").replace("\u00a0", " ")
-    browser.check(spoken.startswith("now 11.4 %, at most"), f"the curve is told as {spoken!r}")
+    browser.check(spoken.startswith("now 11.4 %, at most"), f"the curve is announced as {spoken!r}")
     figures = dict(zip(texts(browser, ".figure dt"), texts(browser, ".figure .value")))
-    browser.check(figures["Boxes online"] == f"39 of {BOXES}" and figures["Sick valves"] == str(len(SICK)) and figures["Silent boxes"] == "2", f"figures: {figures}")
+    browser.check(figures["Edge boxes online"] == f"39 of {BOXES}" and figures["Sick valves"] == str(len(SICK)) and figures["Silent edge boxes"] == "2", f"figures: {figures}")
     browser.check(figures["Loops online"] == f"{LOOPS * (BOXES - 1)} of {LOOPS * BOXES}", f"figures: {figures}")
     browser.check(HOSTILE in browser.text(".worst") and not browser.all("main img"), "a tag became markup")
 
@@ -93,11 +93,11 @@ def worst_used(browser):
     browser.check("2 shown of 12" in browser.text("main").replace("\u2009", ""), "it does not say how many are shown of how many")
     search.clear()
     search.send_keys("nothing like this")
-    browser.until(lambda: "No row is like that" in browser.text("main") and not texts(browser, ".worst tbody tr:not([hidden])")[:0], "a search that finds nothing says nothing")
+    browser.until(lambda: "No matching rows" in browser.text("main") and not texts(browser, ".worst tbody tr:not([hidden])")[:0], "a search without matches shows no message")
     browser.run("(() => { const s = document.querySelector('main input[type=search]'); s.value = ''; s.dispatchEvent(new Event('input')); })()")
     browser.run("(() => { const s = document.querySelector('main select'); s.value = 'Utilities'; s.dispatchEvent(new Event('change')); })()")
     browser.until(lambda: boxes() == ["utilities-02", "utilities-06", "utilities-09"], f"the group shows {boxes()}")
-    browser.until(lambda: dict(zip(texts(browser, ".figure dt"), texts(browser, ".figure .value")))["Boxes online"] == "10 of 10", "figures are of another group")
+    browser.until(lambda: dict(zip(texts(browser, ".figure dt"), texts(browser, ".figure .value")))["Edge boxes online"] == "10 of 10", "figures are of another group")
     browser.check(boxes_of(texts(browser, ".pair-of-panels section:nth-child(1) tbody tr")) == ["utilities-04"], "silent boxes of another group")
     browser.run("(() => { const s = document.querySelector('main select'); s.value = ''; s.dispatchEvent(new Event('change')); })()")
     browser.until(lambda: len(boxes()) == len(SICK), "the group stays")
@@ -111,7 +111,7 @@ def worst_used(browser):
 def others_show(browser):
     silent = texts(browser, ".pair-of-panels section:nth-child(1) tbody tr")
     browser.check(boxes_of(silent) == ["crude-07", "utilities-04"], f"silent: {silent}")
-    browser.check("away" in silent[0] and "3 h" in silent[0] and "connected, says nothing" in silent[1] and "min" in silent[1], f"silent: {silent}")
+    browser.check("away" in silent[0] and "3 h" in silent[0] and "connected, silent" in silent[1] and "min" in silent[1], f"silent: {silent}")
     browser.check("clock is ahead by 1 min 14 s" in silent[0] and "used twice" in silent[1] and "clock" not in silent[1], f"notes: {silent}")
     versions = browser.run("[...document.querySelectorAll('.pair-of-panels section:nth-child(2) tbody tr')].map((r) => [r.cells[0].innerText.split('\\n')[0].trim(), ...[...r.cells].slice(1, 4).map((c) => c.querySelector('.icon-low') !== null), r.cells[4].innerText !== ''])")
     browser.check(versions == [["crude-02", True, False, False, False], ["crude-12", False, False, False, True], ["reformer-03", False, False, False, True],
@@ -145,19 +145,19 @@ def valve_shows(plant, browser, source, folder):
     browser.until(lambda: browser.text("main h1") == HOSTILE, f"the valve of a hostile name is {browser.text('main h1')!r}")
     browser.check(not browser.all("main img"), "a tag became markup")
     browser.go(plant, "valve/Crude/crude-03/none")
-    browser.until(lambda: "there is no such valve" in browser.text("main"), "a valve that is not there is not told of")
+    browser.until(lambda: "there is no such valve" in browser.text("main"), "a missing valve is not reported")
 
 
 def away_is_not_known(plant, browser):
     """A valve of a box that is away shows its last values struck out, and is not shown as
     healthy."""
     browser.go(plant, f"valve/Crude/crude-07/{KINDS[50 % len(KINDS)]}-0701")
-    browser.until(lambda: "not been heard since" in browser.text(".old-note"), f"nobody says that the box is away: {browser.text('main')[:200]}")
+    browser.until(lambda: "not been heard since" in browser.text(".old-note"), f"the absence of the box is not shown: {browser.text('main')[:200]}")
     struck = browser.run("getComputedStyle(document.querySelector('.last-values .value')).textDecorationLine")
     browser.check("line-through" in struck and not browser.run("document.querySelector('main .icon-ok')"), "a valve of a box that is away looks well")
     browser.go(plant, "fleet")
     browser.until(lambda: browser.all(".worst tbody tr"), "no way back to the fleet")
-    browser.check("Of the boxes that are heard" in browser.text("main"), "of silent boxes' loops it is said that they are as they should be")
+    browser.check("Edge boxes that report" in browser.text("main"), "loops of silent boxes are shown as good")
 
 
 def database_stops(plant, browser):
@@ -165,14 +165,14 @@ def database_stops(plant, browser):
     browser.until(lambda: browser.all(".worst tbody tr"), "no rows")
     browser.check(not browser.run("document.querySelector('.old-note').offsetParent"), "fresh rows are called old")
     plant.stop_database()
-    browser.until(lambda: "does not answer" in browser.text(".old-note"), "nobody tells that the database is away")
+    browser.until(lambda: "does not answer" in browser.text(".old-note"), "the absence of the database is not shown")
     shown = lambda: (len(browser.all(".worst tbody tr")), browser.run("document.querySelector('.fleet-body').hasAttribute('data-old')"),
                      browser.run("getComputedStyle(document.querySelector('.worst td .value')).textDecorationLine"))
     browser.check(shown() == (len(SICK), True, "line-through"), f"what is old is shown as {shown()}")
     age = browser.text(".old-note")
     browser.until(lambda: browser.text(".old-note") != age, "the age stands still")
     browser.driver.refresh()
-    browser.until(lambda: shown() == (len(SICK), True, "line-through"), "who comes while the database is away sees nothing")
+    browser.until(lambda: shown() == (len(SICK), True, "line-through"), "a page opened while the database is away is empty")
     plant.start_database()
     browser.until(lambda: not browser.run("document.querySelector('.old-note').offsetParent") and shown()[1] is False, "a database that is back is not seen", 120)
 
@@ -214,13 +214,13 @@ def beside_a_box(plant, browser):
     browser.screen(360, 760)
     browser.driver.get(plant.url)
     browser.log_in(plant, "vera")
-    browser.until(lambda: browser.run("document.querySelector('main').dataset.view") == "overview", "the box is not what comes first")
+    browser.until(lambda: browser.run("document.querySelector('main').dataset.view") == "overview", "the box is not the first view")
     browser.check(nav(browser) == ["Overview", "Alarms", "Trends", "Journal", "Reports", "System", "Fleet"], f"the ways are {nav(browser)}")
     browser.until(lambda: "No values since" in browser.text(".banner"), "a box without a daemon does not say so")
     wide = browser.run("document.documentElement.scrollWidth")
     browser.check(wide <= 360, f"six ways are {wide} pixels wide")
     browser.press(".nav a[href='#/fleet']")
-    browser.until(lambda: len(browser.all(".worst tbody tr")) == len(SICK), "the fleet does not open beside a box")
+    browser.until(lambda: len(browser.all(".worst tbody tr")) == len(SICK), "the fleet does not open together with a box")
 
 
 def main():

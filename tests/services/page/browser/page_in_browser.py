@@ -9,7 +9,7 @@ Without --all (about a minute):
 - the limits of a viewer, a daemon that is killed and returns, axe-core on the overview
 --all adds:
 - every view in both themes under axe-core
-- a day that the recorder still has, orders with their confirmation
+- a day that the recorder still has, commands with their confirmation
 - keyboard, themes, 360 pixels, paper, hostile words
 --keep: folder for screenshots. Exit code 1: a check failed. 74: no program, browser or npm.
 """
@@ -100,8 +100,8 @@ def knows_nothing(browser, where):
     """Checks that the page shows no information about the box before the log-in, not even that
     it is empty."""
     shown = browser.text("body")
-    for word in ("No alarm waits", "acknowledge", "Live", "Old values", TAG, "L/min"):
-        browser.check(word not in shown, f"{where}: the page says {word!r}")
+    for word in ("No unacknowledged alarms", "acknowledge", "Live", "Old values", TAG, "L/min"):
+        browser.check(word not in shown, f"{where}: the page shows {word!r}")
     browser.check(not browser.run("document.title").startswith("("), f"{where}: the title is {browser.run('document.title')!r}")
     browser.check(not badge(browser), f"{where}: the badge of the alarms stays")
 
@@ -109,22 +109,22 @@ def knows_nothing(browser, where):
 def session_ends(box, browser):
     """Logs out in another tab, while the overview is open and an alarm waits."""
     browser.go(box)
-    browser.until(lambda: browser.all(".tile") and "acknowledge" in browser.text(".summary"), "no overview")
+    browser.until(lambda: browser.all(".tile") and "to acknowledge" in browser.text(".summary"), "no overview")
     browser.check(browser.run("document.title").startswith("("), "the title does not count the alarms that wait")
     browser.run_async("""const {csrf} = await (await fetch('/api/session')).json();
       await fetch('/api/logout', {method: 'POST', body: '{}', headers: {'Content-Type': 'application/json', 'X-CSRF-Token': csrf}});""")
     browser.until(lambda: not browser.all(".tile"), "values stay on the screen when the session has ended")
     knows_nothing(browser, "the session has ended")
-    browser.until(lambda: browser.all("form.panel input[name=password]"), "nobody is asked to log in again")
+    browser.until(lambda: browser.all("form.panel input[name=password]"), "no new log-in is requested")
     knows_nothing(browser, "logged out")
 
 
 def alarm_comes(box, browser):
     browser.go(box)
-    took = browser.until(lambda: "acknowledge" in browser.text(".summary"), "no alarm of the sticking valve comes", 900)
+    took = browser.until(lambda: "to acknowledge" in browser.text(".summary"), "no alarm of the sticking valve is raised", 900)
     print(f"alarm after {took:.0f} s" if took is not None else "no alarm")
     browser.until(lambda: browser.text(".tiles li:first-child .tag") == TAG, "the loop with the alarm is not the first")
-    browser.check("Stiction" in browser.text(".tiles li:first-child .state"), f"its tile says {browser.text('.tiles li:first-child')}")
+    browser.check("Stiction" in browser.text(".tiles li:first-child .state"), f"its tile shows {browser.text('.tiles li:first-child')}")
     browser.until(lambda: drawn(browser, ".tiles li:first-child canvas") > 100, "its sparkline is empty")
 
 
@@ -150,13 +150,13 @@ def loop_shows(box, browser):
       }
       const pv = h.pv.filter((v) => v !== null).slice(-1000);
       return [moving ? still / moving : 0, Math.max(...pv) - Math.min(...pv)];""", TAG)
-    browser.check(stands > 0.4, f"the stem stands still in {100 * stands:.0f} % of CO's moves: no sticking valve")
+    browser.check(stands > 0.4, f"the stem rests in {100 * stands:.0f} % of CO's moves: no sticking valve")
     browser.check(swing > 0.3, f"PV swings by {swing:.2f} L/min only")
     browser.until(lambda: "Control performance" in browser.text(".loop-rest"), "no condition indices")
     browser.until(lambda: browser.all(".windows tbody tr"), "no windows of the monitor")
     browser.check("backlash" in browser.text(".windows thead"), "the windows lack specialists")
     browser.check("specialists for" in browser.text(".faceplate .judges"), f"who judges is {browser.text('.faceplate .judges')!r}")
-    browser.until(lambda: "PV bad" in browser.text(".loop-rest") and "10 s, 1 min" in browser.text(".loop-rest"), "the process alarms and their delays are not told")
+    browser.until(lambda: "PV bad" in browser.text(".loop-rest") and "10 s, 1 min" in browser.text(".loop-rest"), "the process alarms and their delays are not shown")
 
 
 def evidence_shows(box, browser):
@@ -164,7 +164,7 @@ def evidence_shows(box, browser):
     browser.until(lambda: browser.all(".alarms tbody tr"), "the list of alarms is empty")
     browser.check("Stiction" in browser.text(".alarms"), "the incident has not the alarm's name")
     browser.press(f".alarms a[href='#/alarms/{TAG}/incident']")
-    browser.until(lambda: "the valve" in browser.text(".about-alarm + .facts, .detail dl"), "the incident does not say where it is")
+    browser.until(lambda: "the valve" in browser.text(".about-alarm + .facts, .detail dl"), "the incident does not show its place")
     browser.press(f".its-alarms a[href='#/alarms/{TAG}/stiction']")
     browser.until(lambda: len(browser.text(".guide .action dd")) > 20, "the alarm does not say what to do")
     browser.until(lambda: len(browser.all(".evidence .plot canvas")) == 2, "the evidence is not drawn")
@@ -176,8 +176,8 @@ def evidence_shows(box, browser):
 def figures_show(box, browser):
     browser.go(box, "alarms")
     browser.press(".alarm-figures summary")
-    browser.until(lambda: "Alarms an hour" in browser.text(".alarm-figures") and "at most 6" in browser.text(".alarm-figures"), "no figures of the alarms, or no targets")
-    browser.until(lambda: "Stiction" in browser.text(".alarm-figures"), "the alarm that came is not among the most frequent")
+    browser.until(lambda: "Alarms per hour" in browser.text(".alarm-figures") and "at most 6" in browser.text(".alarm-figures"), "no figures of the alarms, or no targets")
+    browser.until(lambda: "Stiction" in browser.text(".alarm-figures"), "the raised alarm is not among the most frequent")
     browser.run("(() => { const s = document.querySelector('.alarm-figures select'); s.value = '720'; s.dispatchEvent(new Event('change')); })()")
     browser.until(lambda: "From" in browser.text(".alarm-figures"), "figures have no span")
 
@@ -206,7 +206,7 @@ def acknowledge(box, browser):
     browser.until(lambda: "acknowledged" == browser.text(".about-alarm .state").strip(), "the alarm is not acknowledged")
     browser.go(box, "journal")
     browser.until(lambda: any("otto" in row.text and "acknowledge" in row.text for row in browser.all(".lines tbody tr")),
-                  f"the journal does not tell of it: {browser.text('main')[:500]}")
+                  f"the journal does not show it: {browser.text('main')[:500]}")
     browser.check(HOSTILE in browser.text(".lines"), "the reason is not shown as it was written")
     browser.check(not browser.all("main img"), "a reason became markup")
 
@@ -241,7 +241,7 @@ def day_old(box, browser, spike_ms):
     ActionChains(browser.driver).move_to_element_with_offset(over, -int(width * 0.02), 0).click_and_hold().move_by_offset(int(width * 0.04), 0).release().perform()
     span = lambda: browser.run("(({from, to}) => to - from)(document.querySelector('.panes').dataset)")
     browser.until(lambda: span() < before / 10, "drawing over the trend does not zoom")
-    browser.until(lambda: drawn(browser, ".pane canvas", "measured") > 100, "nothing of yesterday is drawn")
+    browser.until(lambda: drawn(browser, ".pane canvas", "measured") > 100, "no data of yesterday are drawn")
     for _ in range(8):
         browser.press("button[aria-label='Zoom in']")
     browser.until(lambda: "Every sample" in browser.text(".under"), "no zoom down to every sample")
@@ -275,7 +275,7 @@ def orders(box, browser):
     browser.until(lambda: "from 0 to 9" in browser.text("dialog .trouble"), "a set point out of its limits is not refused")
     field.clear()
     field.send_keys("6.25", Keys.ENTER)
-    browser.until(lambda: "Confirm" in browser.text("dialog h2"), "nothing is asked before the set point changes")
+    browser.until(lambda: "Confirm" in browser.text("dialog h2"), "no confirmation is requested before the set point changes")
     words = browser.text("dialog")
     browser.check(all(word in words for word in (tag, f"{old:.2f} L/min", "6.25 L/min")), f"the confirmation says {words!r}")
     browser.check(loop()["sp"] == old, "the set point changed before it was confirmed")
@@ -406,7 +406,7 @@ def keyboard(box, browser):
     browser.run("document.querySelector('.plot').focus()")
     time_text = browser.text(".cursor-time")
     press(Keys.ARROW_LEFT, Keys.ARROW_LEFT)
-    browser.until(lambda: browser.text(".cursor-time") != time_text and "PV" in browser.text("[role=status]"), "arrows don't move the cursor, or say nothing")
+    browser.until(lambda: browser.text(".cursor-time") != time_text and "PV" in browser.text("[role=status]"), "arrows don't move the cursor, or are not announced")
     span = lambda: browser.run("(({from, to}) => to - from)(document.querySelector('.panes').dataset)")
     whole = span()
     press("+")
@@ -430,7 +430,7 @@ def themes(box, browser):
     light = paper()
     browser.screen(scheme="dark")
     dark = paper()
-    browser.check(light != dark, "the system's theme changes nothing")
+    browser.check(light != dark, "the system's theme has no effect")
     browser.run("(() => { const s = document.querySelector('.theme'); s.value = 'light'; s.dispatchEvent(new Event('change')); })()")
     browser.check(paper() == light, "the switch does not overrule the system")
     browser.driver.refresh()
@@ -529,7 +529,7 @@ def reports_and_system(box, browser):
     browser.until(lambda: "Loops connected" in browser.text("main"), "the box does not say how it is")
     box.ask({"request": "reload"})
     browser.until(lambda: "reload" in browser.text(".changes") and f"uid {os.getuid()}" in browser.text(".changes"), "a reload is no change of the box")
-    browser.check("Wake-up" not in browser.text("main"), "counters stand before what a person wants to know")
+    browser.check("Wake-up" not in browser.text("main"), "counters appear above more important data")
     for _ in range(2):
         browser.run("document.querySelectorAll('main details:not([open]) > summary').forEach((e) => e.click())")
     browser.until(lambda: "Wake-up" in browser.text("main") and len(browser.all(".histogram tbody tr")) > 2, "no histogram of the cycles")
@@ -590,13 +590,13 @@ def alarms_of_the_box(box, browser, source, folder):
     """Checks that a waiting alarm is in tab and badge, open in the list, and lowers the box's
     health. It is acknowledged as others."""
     browser.go(box, "alarms")
-    browser.until(lambda: "Certificate ends soon" in browser.text(".box-alarms[open] table"), f"an alarm of the box that waits is folded away: {browser.text('main')[:300]}")
+    browser.until(lambda: "Certificate expires soon" in browser.text(".box-alarms[open] table"), f"an alarm of the box that waits is folded away: {browser.text('main')[:300]}")
     browser.until(lambda: browser.run("document.title").startswith("(") and badge(browser), "an alarm of the box is not counted")
     axe(browser, "alarms of the box", source)
     browser.go(box, "system")
     browser.until(lambda: "as it should be" in browser.text(".verdict") or "as they should be" in browser.text(".verdict"), f"the box's verdict is {browser.text('.verdict')!r}")
-    browser.check("Certificate ends soon, unacknowledged" in browser.text(".warnings") and "FIC-206" in browser.text(".warnings"), f"its warnings are {browser.text('.warnings')!r}")
-    browser.until(lambda: "Certificate ends soon" in browser.text(".changes"), "it is no change of the box")
+    browser.check("Certificate expires soon, unacknowledged" in browser.text(".warnings") and "FIC-206" in browser.text(".warnings"), f"its warnings are {browser.text('.warnings')!r}")
+    browser.until(lambda: "Certificate expires soon" in browser.text(".changes"), "it is no change of the box")
     browser.press(".warnings a[href='#/alarms/box/certificate_expires']")
     browser.until(lambda: len(browser.text(".guide .action dd")) > 20, "an alarm of the box does not say what to do")
     browser.check("twin" not in browser.text(".detail").lower() and "Evidence" not in browser.text(".detail"), "an alarm of the box has a valve's twin or evidence")
@@ -625,12 +625,12 @@ def whether_it_acts(source, folder):
         browser.log_in(box, "otto")
         browser.go(box, "loop/FIC-102")
         browser.until(lambda: len(browser.all(".hands button")) == 3, "a loop controlled here has no buttons")
-        browser.until(lambda: "Acts, simulated" in browser.text(".acts"), f"a simulated loop says {browser.text('.acts')!r}")
+        browser.until(lambda: "Acts, simulated" in browser.text(".acts"), f"a simulated loop shows {browser.text('.acts')!r}")
         browser.go(box, "loop/FIC-205")
         browser.until(lambda: "Another controller has this loop" in browser.text(".faceplate"), "nobody says who controls")
         browser.check(not browser.all(".hands button"), "a watched loop can be operated")
         browser.go(box, "loop/FIC-206")
-        browser.until(lambda: "Not written" in browser.text(".acts"), f"a loop whose output reaches no valve says {browser.text('.acts')!r}")
+        browser.until(lambda: "Not written" in browser.text(".acts"), f"a loop whose output reaches no valve shows {browser.text('.acts')!r}")
         browser.go(box)
         tile = lambda: next((one.text for one in browser.all(".tile") if "FIC-206" in one.text), "")
         browser.until(lambda: tile() and "normal" not in tile().splitlines(), f"its tile says {tile()!r}")
@@ -654,13 +654,13 @@ def reports_of_records(folder):
 
 def smoke(box, browser, source, options):
     browser.driver.get(box.url)
-    browser.until(lambda: browser.all("form.panel input[name=password]"), "nobody is asked to log in")
+    browser.until(lambda: browser.all("form.panel input[name=password]"), "no log-in is requested")
     browser.until(lambda: browser.all("form.panel button.main"), "no form")
     knows_nothing(browser, "log-in")
     browser.find("form.panel input[name=user]").send_keys("vera")
     browser.find("form.panel input[name=password]").send_keys("wrong " + PASSWORD)
     browser.find("form.panel button[type=submit]").click()
-    browser.until(lambda: "wrong" in browser.text(".trouble"), "a wrong password is not told")
+    browser.until(lambda: "wrong" in browser.text(".trouble"), "a wrong password is not reported")
     axe(browser, "log-in", source)
     browser.log_in(box, "vera")
     alarm_comes(box, browser)

@@ -6,13 +6,13 @@ import tempfile
 
 from box import Box, Browser
 
-# Each as a visible text that is not struck out and does not begin with "not known".
-GOOD = r"(?<!its )\bnormal\b|No alarm|\bLive\b|The box is well|\bAUTO\b|writes its output|yes|\bgood\b"
+# Each as a visible text that is not struck out and does not begin with "unknown".
+GOOD = r"(?<!its )\bnormal\b|No (active|unacknowledged)|\bLive\b|OK\. No warnings|\bAUTO\b|writes its output|yes|\bgood\b"
 TAG = "FIC-101"
 VIEWS = ["", f"loop/{TAG}", "alarms", f"alarms/{TAG}/incident", f"alarms/{TAG}/stiction", f"trends?curves={TAG}:pv", "journal", "reports", "system"]
 # Texts of a healthy box in views without content.
-NOTHING = {"trends": "up to eight curves", "alarms": "No alarm is on, and none waits", "alarms/FIC-102/stiction": "No evidence is kept", "journal": "No line is like that",
-           "reports": "There are no reports", "loop/FIC-102?from=1000000000000&to=1000000600000": "Nothing is recorded in this span", "system": "Nothing that the journal tells of"}
+NOTHING = {"trends": "up to eight curves", "alarms": "No active or unacknowledged alarms", "alarms/FIC-102/stiction": "No evidence is stored", "journal": "No matching entries",
+           "reports": "The state directory has no reports", "loop/FIC-102?from=1000000000000&to=1000000600000": "No records in this span", "system": "No changes in the journal"}
 # Answers never arrive, except the one about the session.
 HOLD = """(() => {
   const ask = window.fetch;
@@ -27,7 +27,7 @@ def claims(browser):
       const good = new RegExp(pattern), walker = document.createTreeWalker(document.querySelector('#app'), NodeFilter.SHOW_TEXT), found = [];
       for (let node = walker.nextNode(); node; node = walker.nextNode()) {
         const text = node.textContent.trim(), seen = node.parentElement.checkVisibility();
-        if (!seen || !good.test(text) || /^not known/i.test(text) || node.parentElement.closest('select, details:not(.folding), caption, .theme, .guide, .history, .unseen, .journal')) continue;
+        if (!seen || !good.test(text) || /^unknown/i.test(text) || node.parentElement.closest('select, details:not(.folding), caption, .theme, .guide, .history, .unseen, .journal')) continue;
         let struck = false;
         for (let e = node.parentElement; e; e = e.parentElement) struck ||= getComputedStyle(e).textDecorationLine === 'line-through';
         if (!struck) found.push(text.slice(0, 60));
@@ -40,7 +40,7 @@ def logged_out(box, browser):
     for route in VIEWS:
         browser.driver.get(f"{box.url}/#/{route}")
         browser.driver.refresh()
-        browser.until(lambda: browser.all("form.panel input[name=password]"), f"{route}: nobody is asked to log in")
+        browser.until(lambda: browser.all("form.panel input[name=password]"), f"{route}: no log-in is requested")
         browser.check(not claims(browser), f"{route}, logged out: {claims(browser)}")
         browser.check(TAG not in browser.text("body"), f"{route}: who is not logged in reads of {TAG}")
 
@@ -64,9 +64,9 @@ def stale(box, browser):
         browser.until(lambda: browser.text("main").strip() and "Loading" not in browser.text("main") and not is_stale(), f"{route}: stays empty")
         box.daemon.send_signal(signal.SIGSTOP)
         try:
-            browser.until(is_stale, f"{route}: values of a daemon that stands still look fresh")
+            browser.until(is_stale, f"{route}: values of a stopped daemon look fresh")
             browser.until(lambda: not claims(browser), f"{route}, stale: {claims(browser)}")
-            browser.check(browser.run("document.title").startswith("No values"), f"{route}: the tab says {browser.run('document.title')!r}")
+            browser.check(browser.run("document.title").startswith("No values"), f"{route}: the tab shows {browser.run('document.title')!r}")
         finally:
             box.daemon.send_signal(signal.SIGCONT)
         browser.until(lambda: not is_stale(), f"{route}: values don't come back")
@@ -82,9 +82,9 @@ def never_heard_of(box, browser):
     for route in VIEWS:
         browser.driver.get(f"{box.url}/#/{route}")
         browser.driver.refresh()
-        browser.until(lambda: browser.run("document.body.classList.contains('stale')"), f"{route}: a daemon that never answered is not told of")
+        browser.until(lambda: browser.run("document.body.classList.contains('stale')"), f"{route}: a daemon that never answered is not reported")
         browser.check(not claims(browser), f"{route}, without a daemon: {claims(browser)}")
-        browser.check("no loops" not in browser.text("main"), f"{route}: loops that nobody knows are none")
+        browser.check("no loops" not in browser.text("main"), f"{route}: unknown loops are shown as none")
     box.start_daemon()
     browser.until(lambda: not browser.run("document.body.classList.contains('stale')"), "the daemon that has come is not seen")
 
@@ -105,13 +105,13 @@ def figures_of_alarms(box, browser):
     browser.driver.get(f"{box.url}/#/alarms")
     browser.driver.refresh()
     opened(browser)
-    browser.until(lambda: "Alarms an hour" in browser.text(".alarm-figures"), "no figures")
+    browser.until(lambda: "Alarms per hour" in browser.text(".alarm-figures"), "no figures")
     box.daemon.send_signal(signal.SIGSTOP)
     try:
-        browser.until(lambda: "Not known" in browser.text(".alarm-figures") and "as it should be" not in browser.text(".alarm-figures"), f"of a daemon that stands still the figures are {browser.text('.alarm-figures')!r}")
+        browser.until(lambda: "Unknown" in browser.text(".alarm-figures") and "within target" not in browser.text(".alarm-figures"), f"the figures of a stopped daemon are {browser.text('.alarm-figures')!r}")
     finally:
         box.daemon.send_signal(signal.SIGCONT)
-    browser.until(lambda: "Alarms an hour" in browser.text(".alarm-figures"), "figures don't come back")
+    browser.until(lambda: "Alarms per hour" in browser.text(".alarm-figures"), "figures don't come back")
 
 
 def no_data(wrong):
@@ -123,5 +123,5 @@ def no_data(wrong):
             browser.until(lambda: words in browser.text("main"), f"{route}: does not say {words!r}: {browser.text('main')[:300]}")
         browser.go(box, "alarms")
         opened(browser)
-        browser.until(lambda: "No alarm came in this time" in browser.text(".alarm-figures"), "that no alarm came is not told")
+        browser.until(lambda: "No alarms in this time" in browser.text(".alarm-figures"), "the absence of alarms is not shown")
 

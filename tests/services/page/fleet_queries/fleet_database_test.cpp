@@ -24,43 +24,63 @@ constexpr CacheLimits kNoCache{.fresh = 0ms, .retry_after = 0ms};
 // North: box1 and box2 answer, box3 is away. South: box4 is connected and silent.
 constexpr const char* kPlant = R"(
 INSERT INTO edge(group_name, name, online, since, clock_offset_s) VALUES
-  ('North', 'box1', true, now() - interval '9 days', 0), ('North', 'box2', true, now() - interval '9 days', 0),
-  ('North', 'box3', false, now() - interval '1 hour', 90), ('South', 'box4', true, now() - interval '9 days', 0);
+  ('North', 'box1', true, now() - interval '9 days', 0), ('North', 'box2', true, now() - interval
+      '9 days', 0),
+  ('North', 'box3', false, now() - interval '1 hour', 90), ('South', 'box4', true, now() -
+      interval '9 days', 0);
 INSERT INTO ingest_position SELECT id, 0, 0, now(), now() - quiet * interval '1 minute'
-  FROM edge JOIN (VALUES('box1', 0), ('box2', 0), ('box3', 60), ('box4', 10)) q(name, quiet) USING (name);
+  FROM edge JOIN (VALUES('box1', 0), ('box2', 0), ('box3', 60), ('box4', 10)) q(name, quiet) USING
+      (name);
 INSERT INTO device(edge_id, name, tag, online) SELECT id, '', '', online FROM edge;
-INSERT INTO device(edge_id, name, tag, online) SELECT id, 'FIC_' || n, 'FIC/' || n, online FROM edge, generate_series(1, 2) n;
+INSERT INTO device(edge_id, name, tag, online) SELECT id, 'FIC_' || n, 'FIC/' || n, online FROM
+    edge, generate_series(1, 2) n;
 
-INSERT INTO metric(device_id, name, type) SELECT d.id, m, 'String' FROM device d, unnest(ARRAY['version', 'config_hash', 'model_hash']) m
+INSERT INTO metric(device_id, name, type) SELECT d.id, m, 'String' FROM device d,
+    unnest(ARRAY['version', 'config_hash', 'model_hash']) m
   WHERE d.name = '';
 INSERT INTO latest SELECT m.id, now() - interval '9 days',
     CASE m.name WHEN 'model_hash' THEN 77 WHEN 'config_hash' THEN e.id END,
     CASE m.name WHEN 'version' THEN CASE e.name WHEN 'box2' THEN '0.1.9' ELSE '0.2.0' END END, false
   FROM metric m JOIN device d ON d.id = m.device_id JOIN edge e ON e.id = d.edge_id;
 -- box1 had another configuration until yesterday; box4's is its first.
-INSERT INTO value SELECT m.id, now() - ago * interval '1 day', ago FROM metric m JOIN device d ON d.id = m.device_id
-    JOIN edge e ON e.id = d.edge_id JOIN (VALUES('box1', 1), ('box1', 9), ('box4', 1)) v(name, ago) ON v.name = e.name
+INSERT INTO value SELECT m.id, now() - ago * interval '1 day', ago FROM metric m JOIN device d ON
+    d.id = m.device_id
+    JOIN edge e ON e.id = d.edge_id JOIN (VALUES('box1', 1), ('box1', 9), ('box4', 1)) v(name,
+        ago) ON v.name = e.name
   WHERE m.name = 'config_hash';
 
-INSERT INTO metric(device_id, name, type, unit) SELECT l.device_id, m, 'Double', '%' FROM loop l, unnest(ARRAY['severity_stiction',
+INSERT INTO metric(device_id, name, type, unit) SELECT l.device_id, m, 'Double', '%' FROM loop l,
+    unnest(ARRAY['severity_stiction',
   'alarm/stiction/severity', 'condition/valve', 'pv']) m;
 -- On twice: ten days ago until nine days ago, and since two hours.
 INSERT INTO alarm SELECT device_id, 'stiction', now() - ago * interval '1 hour', state, 2 FROM loop,
-  (VALUES(240, 'unacknowledged'), (230, 'acknowledged'), (216, 'normal'), (2, 'unacknowledged'), (1, 'acknowledged')) s(ago, state)
+  (VALUES(240, 'unacknowledged'), (230, 'acknowledged'), (216, 'normal'), (2, 'unacknowledged'),
+      (1, 'acknowledged')) s(ago, state)
   WHERE edge = 'box1' AND device = 'FIC_1';
-INSERT INTO alarm SELECT device_id, 'stiction', now() - interval '3 hours', 'unacknowledged', 9 FROM loop WHERE edge = 'box4' AND device = 'FIC_2';
-INSERT INTO alarm SELECT device_id, 'backlash', now() - interval '3 hours', 'unacknowledged', 9 FROM loop WHERE edge = 'box2' AND device = 'FIC_2';
-INSERT INTO alarm SELECT device_id, 'backlash', now() - interval '2 hours', 'returned_unacknowledged', 9 FROM loop WHERE edge = 'box2' AND device = 'FIC_2';
+INSERT INTO alarm SELECT device_id, 'stiction', now() - interval '3 hours', 'unacknowledged', 9
+    FROM loop WHERE edge = 'box4' AND device = 'FIC_2';
+INSERT INTO alarm SELECT device_id, 'backlash', now() - interval '3 hours', 'unacknowledged', 9
+    FROM loop WHERE edge = 'box2' AND device = 'FIC_2';
+INSERT INTO alarm SELECT device_id, 'backlash', now() - interval '2 hours',
+    'returned_unacknowledged', 9 FROM loop WHERE edge = 'box2' AND device = 'FIC_2';
 -- No valve is sick of these: the loops don't do their work.
-INSERT INTO alarm SELECT device_id, name, now() - ago * interval '1 hour', 'unacknowledged', NULL FROM loop,
+INSERT INTO alarm SELECT device_id, name, now() - ago * interval '1 hour', 'unacknowledged', NULL
+    FROM loop,
   (VALUES('output_lost', 5), ('bad_pv', 4)) p(name, ago) WHERE edge = 'box2' AND device = 'FIC_1';
-INSERT INTO latest SELECT m.id, now(), CASE m.name WHEN 'pv' THEN 5.5 WHEN 'condition/valve' THEN 31 ELSE 6.25 END, NULL, false
-  FROM metric m JOIN loop l USING (device_id) WHERE l.edge = 'box1' AND l.device = 'FIC_1' AND m.name <> 'severity_stiction';
-INSERT INTO history_decimated SELECT m.id, date_bin('1 day', now(), 'epoch') - ago * interval '1 day', 1, h.high, h.high, h.high, h.last
-  FROM metric m JOIN loop l USING (device_id), (VALUES(100, 8, 1), (10, 3, 2), (9, 2, 0)) h(ago, high, last)
+INSERT INTO latest SELECT m.id, now(), CASE m.name WHEN 'pv' THEN 5.5 WHEN 'condition/valve' THEN
+    31 ELSE 6.25 END, NULL, false
+  FROM metric m JOIN loop l USING (device_id) WHERE l.edge = 'box1' AND l.device = 'FIC_1' AND
+      m.name <> 'severity_stiction';
+INSERT INTO history_decimated SELECT m.id, date_bin('1 day', now(), 'epoch') - ago * interval
+    '1 day', 1, h.high, h.high, h.high, h.last
+  FROM metric m JOIN loop l USING (device_id), (VALUES(100, 8, 1), (10, 3, 2), (9, 2, 0)) h(ago,
+      high, last)
   WHERE l.edge = 'box1' AND l.device = 'FIC_1' AND m.name = 'severity_stiction';
-INSERT INTO explanation SELECT device_id, now(), '{"effect": "stiction", "size": 6.0, "agrees": true}' FROM loop WHERE edge = 'box1' AND device = 'FIC_1';
-INSERT INTO evidence(device_id, name, sha256, parts, complete) SELECT device_id, 'record.csv', '00', 1, now() FROM loop WHERE edge = 'box1' AND device = 'FIC_1';
+INSERT INTO explanation SELECT device_id, now(),
+    '{"effect": "stiction", "size": 6.0, "agrees": true}' FROM loop WHERE edge = 'box1' AND device
+    = 'FIC_1';
+INSERT INTO evidence(device_id, name, sha256, parts, complete) SELECT device_id, 'record.csv',
+    '00', 1, now() FROM loop WHERE edge = 'box1' AND device = 'FIC_1';
 )";
 
 bool installed() {

@@ -54,7 +54,7 @@ record::RecordRow row_at(std::uint64_t period, double pv) {
   row.sp = 5.0;
   row.co = 40.0;
   row.stem = 39.5;
-  row.mode = 1;
+  row.mode = control::Mode::automatic;
   return row;
 }
 

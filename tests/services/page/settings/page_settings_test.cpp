@@ -177,7 +177,7 @@ TEST_CASE("the examples of a directory are valid") {
   const auto openldap = read_page_file(source + "/examples/page/openldap.yaml");
   INFO(config::to_text(openldap.diagnostics));
   CHECK(openldap);
-  const std::string document = read_file(source + "/docs/page.md");
+  const std::string document = read_file(source + "/docs/how-to/use-a-directory.md");
   const std::size_t begin = document.find("users: users\nldap:");
   REQUIRE(begin != std::string::npos);
   const std::string of_ad = document.substr(begin, document.find("```", begin) - begin);
@@ -195,13 +195,13 @@ TEST_CASE("a machine without a daemon must show the fleet") {
   CHECK_FALSE(settings->box);
 }
 
-TEST_CASE("docs/page-keys.md matches the description by the reader", "[reference]") {
-  const std::string path = LOOPWARDEN_SOURCE_DIR "/docs/page-keys.md";
+TEST_CASE("docs/reference/page-keys.md matches the description by the reader", "[reference]") {
+  const std::string path = LOOPWARDEN_SOURCE_DIR "/docs/reference/page-keys.md";
   const std::string described =
       "# Keys of page.yaml\n\n"
       "<!-- Generated from services/page/settings; tests_page \"[reference]\" shows how to renew "
       "it. -->\n\n"
-      "Guide: [page.md](page.md).\n" +
+      "Guide: [use-the-page.md](../how-to/use-the-page.md).\n" +
       config::to_markdown(describe_page());
   if (std::getenv("LOOPWARDEN_REGENERATE") != nullptr) write_file(path, described);
   INFO("to bring the file up to date: LOOPWARDEN_REGENERATE=1 bin/tests_page '[reference]'");

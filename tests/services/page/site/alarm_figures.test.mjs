@@ -8,14 +8,14 @@ const calm = {came: 0, per_hour: 0, most_in_10_min: 0, floods: 0, flood_percent:
 const judged = (change) => Object.fromEntries(figuresOf({...calm, ...change}).map(([key, , right]) => [key, right]));
 const of = (n) => Array(n).fill({});
 
-test('each figure is judged against its target, at the edge as the standard has it', () => {
+test('each figure is judged against its target, and at the limit as in the standard', () => {
   for (const [change, key, right] of [[{per_hour: 6}, 'per_hour', true], [{per_hour: 6.1}, 'per_hour', false], [{most_in_10_min: 10}, 'most_in_10_min', true], [{most_in_10_min: 11}, 'most_in_10_min', false],
     [{flood_percent: 0.9}, 'flood_percent', true], [{flood_percent: 1}, 'flood_percent', false], [{chattering: of(1)}, 'chattering', false], [{stale: of(4)}, 'stale', true], [{stale: of(5)}, 'stale', false]]) {
     assert.equal(judged(change)[key], right, JSON.stringify(change));
   }
 });
 
-test('a share of a few alarms is no share, and of none there is none', () => {
+test('a share is judged only with enough alarms', () => {
   const top = [{percent: 3}, {percent: 50}];
   assert.equal(judged({top, came: 2}).top_percent, null);
   assert.equal(judged({top, came: 200}).top_percent, false);
@@ -27,7 +27,7 @@ test('every figure has a name', () => {
   for (const [key] of figuresOf(calm)) assert.ok(texts.alarmFigures.names[key], key);
 });
 
-test('a journal that reaches back less than asked for is told', () => {
+test('a journal shorter than the requested time is reported', () => {
   assert.equal(reachesLess({from_ms: 0, to_ms: 24 * 3_600_000}, 24), false);
   assert.equal(reachesLess({from_ms: 3_600_000, to_ms: 24 * 3_600_000}, 24), true);
 });

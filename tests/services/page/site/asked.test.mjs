@@ -7,20 +7,20 @@ import {texts} from '../../../../services/page/site/texts.js';
 
 const kept = {oldest_ms: 10_400, newest_ms: 90_700};
 
-test('a report is of what the trend shows and the recorder holds', () => {
+test('a report covers the part of the trend that is recorded', () => {
   assert.deepEqual(shown([20_000, 80_000], kept), [20_000, 80_000]);
   assert.deepEqual(shown([0, 100_000], kept), [10_400, 90_700]);
   assert.equal(shown([0, 10_000], kept), null);
   assert.equal(shown([0, 100_000], {oldest_ms: NaN, newest_ms: 90_700}), null);
 });
 
-test('whole seconds reach the ends of what is recorded, wrong times are left for the daemon to refuse', () => {
+test('whole seconds reach the ends of the record, and wrong times are left for the daemon to refuse', () => {
   assert.deepEqual(sent([10_000, 91_000], kept), [10_400, 90_700]);
   assert.deepEqual(sent([9_000, 95_000], kept), [9_000, 95_000]);
   assert.deepEqual(sent([20_000, 80_000], kept), [20_000, 80_000]);
 });
 
-test('a report says where it waits, for how long it has been at work, and with what', () => {
+test('a report shows its place in the queue, how long it has been in work, and on what', () => {
   assert.deepEqual(told({state: 'waiting', place: 3}, 0), {key: 'waiting', values: {place: 3}});
   assert.deepEqual(told({state: 'running', started_ms: 1000, percent: null}, 61_000), {key: 'running', values: {long: duration(60)}});
   assert.deepEqual(told({state: 'running', started_ms: 1000, doing: 'twin', percent: 0}, 61_000), {key: 'doing', values: {long: duration(60), what: 'twin', percent: 0}});
@@ -28,13 +28,13 @@ test('a report says where it waits, for how long it has been at work, and with w
   for (const state of ['done', 'failed']) assert.deepEqual(told({state}, 0), {key: state, values: {}});
 });
 
-test('the list is asked for often while one waits or is at work', () => {
+test('the list is requested often while a report waits or is in work', () => {
   assert.equal(atWork([{state: 'done'}, {state: 'failed'}]), false);
   assert.equal(atWork([{state: 'done'}, {state: 'waiting'}]), true);
   assert.equal(atWork([{state: 'running'}]), true);
 });
 
-test('every kind and state has its words', () => {
+test('every kind and state has a text', () => {
   for (const kind of KINDS) assert.ok(texts.asked.kinds[kind] && texts.asked.means[kind], kind);
   for (const key of ['waiting', 'running', 'doing', 'done', 'failed']) assert.ok(texts.asked.states[key], key);
 });

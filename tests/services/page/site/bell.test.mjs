@@ -14,7 +14,7 @@ function rig(wish) {
 }
 const HIGH = {key: 'A', grave: 'high'}, LOW = {key: 'B', grave: 'low'};
 
-test('who was not asked, and who said no, hears nothing', () => {
+test('a user who was not asked, or who declined, gets no sound', () => {
   const {bell, take} = rig();
   assert.equal(bell.asked, false);
   assert.deepEqual(take([HIGH, LOW], 0), []);
@@ -33,7 +33,7 @@ test('an alarm sounds until it is acknowledged, each ten seconds, and is notifie
   assert.deepEqual(take([HIGH], 31_000), ['A', 'sound'], 'it came again');
 });
 
-test('what comes soon after a sound is notified at once and waits for the next sound', () => {
+test('an alarm soon after a sound is notified immediately and waits for the next sound', () => {
   const {take} = rig('low');
   assert.deepEqual(take([LOW], 0), ['B', 'sound']);
   assert.deepEqual(take([LOW, HIGH], 2000), ['A']);
@@ -43,7 +43,7 @@ test('what comes soon after a sound is notified at once and waits for the next s
   assert.deepEqual(take([HIGH], 1000), ['sound'], 'the clock of the computer was set back');
 });
 
-test('a sound that the browser does not let out is none', () => {
+test('a sound that the browser blocks doesn’t count', () => {
   const {take, may} = rig('low');
   may.sound = false;
   assert.deepEqual(take([LOW], 0), ['B']);
@@ -51,7 +51,7 @@ test('a sound that the browser does not let out is none', () => {
   assert.deepEqual(take([LOW], 1000), ['sound'], 'at once when it may');
 });
 
-test('sound and notification fail without a word where the browser has neither', async () => {
+test('sound and notification fail silently if the browser has neither', async () => {
   const {allowSound, maySound, notify, sound} = await import('../../../../services/page/site/lib/bell_sound.js');
   await allowSound();
   assert.equal(Boolean(maySound()), false);
@@ -60,7 +60,7 @@ test('sound and notification fail without a word where the browser has neither',
   notify({title: 'A', body: '', key: 'A', href: '#/'});
 });
 
-test('a browser lets sound out once it has its hand, and tells when it takes that back', async () => {
+test('a browser allows sound after a click, and reports when it revokes that', async () => {
   const {allowSound, maySound, sound} = await import('../../../../services/page/site/lib/bell_sound.js');
   let tones = 0, told = 0;
   const part = () => ({frequency: {}, gain: {setValueAtTime() {}, exponentialRampToValueAtTime() {}}, connect: (to) => to, start: () => ++tones, stop() {}});
@@ -81,12 +81,12 @@ test('a browser lets sound out once it has its hand, and tells when it takes tha
   assert.equal(told, 2);
 });
 
-test('only the priorities that were asked for', () => {
+test('only the chosen priorities sound', () => {
   assert.deepEqual(rig('high').take([LOW], 0), []);
   assert.deepEqual(rig('low').take([LOW, HIGH], 0), ['B', 'A', 'sound']);
 });
 
-test('silence has an end, and lasts over what comes in it', () => {
+test('silence has an end, and includes alarms raised meanwhile', () => {
   const {bell, take} = rig('low');
   bell.silence(60_000);
   assert.equal(bell.silentUntil(0), 60_000);
@@ -99,14 +99,14 @@ test('silence has an end, and lasts over what comes in it', () => {
   assert.deepEqual(take([LOW, HIGH], 70_000), ['sound']);
 });
 
-test('alarms that are not known are none, and come anew', () => {
+test('unknown alarms don’t sound, and sound again once they are known', () => {
   const {take} = rig('low');
   take([LOW], 0);
   assert.deepEqual(take(null, 1000), []);
   assert.deepEqual(take([LOW], 20_000), ['B', 'sound']);
 });
 
-test('the tab counts what waits, and says where nothing is known', () => {
+test('the tab counts the waiting alarms, and shows missing values', () => {
   assert.equal(tabTitle('Alarms', 0, false), 'Alarms – Loopwarden');
   assert.equal(tabTitle('Alarms', 3, false), '(3) Alarms – Loopwarden');
   assert.equal(tabTitle('Alarms', 3, true), 'No values: Alarms – Loopwarden');

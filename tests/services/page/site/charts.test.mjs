@@ -27,7 +27,7 @@ test('every sample is joined to the next', () => {
   assert.deepEqual(drawn(square(undefined)), {lines: n - 1, dots: 0});
 });
 
-test('where samples are left out, those that stand apart are dots that no line joins, and extremes are nothing', () => {
+test('in decimated data distant samples are dots without lines, and extremes are not drawn', () => {
   const sample = Array(n).fill(1);
   sample[30] = sample[31] = 0;
   const {lines, dots} = drawn(square(sample));
@@ -35,7 +35,7 @@ test('where samples are left out, those that stand apart are dots that no line j
   assert.ok(dots >= n - 2);
 });
 
-test('where samples are left out, near ones are still joined', () => {
+test('in decimated data near samples are still joined', () => {
   const near = {t: [...Array(n).keys()], co: [...Array(n).keys()].map((k) => k / 10), pv: [...Array(n).keys()].map((k) => k / 10), sample: Array(n).fill(1)};
   near.sample[3] = 0;
   assert.equal(drawn(near).lines, n - 2);

@@ -7,7 +7,7 @@ import * as f from '../../../../services/page/site/lib/format.js';
 // Returns the text with plain spaces.
 const plain = (text) => text.replaceAll('\u00A0', ' ');
 
-test('a counter is shown as what it counts', () => {
+test('a counter is shown in its unit', () => {
   assert.equal(f.counter('bytes_sent', 1298500), '1.3\u00A0MB');
   assert.equal(f.counter('free_bytes', 512), '512\u00A0B');
   assert.equal(f.counter('requests', 12345), '12\u2009345');
@@ -27,7 +27,7 @@ test('decimals show a thousandth of the span', () => {
   assert.equal(f.decimalsFor(undefined), 1);
 });
 
-test('a value that is none is a dash, and zero has no sign', () => {
+test('a missing value is a dash, and zero has no sign', () => {
   for (const none of [null, undefined, NaN, Infinity, '7']) {
     assert.equal(f.fixed(none, 2), f.NONE);
     assert.equal(f.quantity(none, [0, 10], 'V'), f.NONE);
@@ -56,7 +56,7 @@ test('counts, bytes and microseconds', () => {
   assert.equal(plain(f.microseconds(131072)), '131 ms');
 });
 
-test('lengths of time in their two greatest units', () => {
+test('durations are shown in their two greatest units', () => {
   assert.equal(plain(f.duration(0.84)), '0.84 s');
   assert.equal(plain(f.duration(59)), '59 s');
   assert.equal(plain(f.duration(60)), '1 min');
@@ -76,7 +76,7 @@ test('wall-clock time of a zone, with its offset', () => {
   assert.equal(new f.WallClock('America/St_Johns').offsetText(Date.UTC(2026, 0, 1)), 'UTC−03:30');
 });
 
-test('what a reader enters is of the same zone, before and after summer time begins', () => {
+test('an entered time is in the same zone, before and after summer time begins', () => {
   const clock = new f.WallClock('Europe/Berlin');
   for (const text of ['2026-03-28T12:00:00', '2026-03-29T01:59:59', '2026-03-29T03:00:00', '2026-07-01T00:00:00', '2026-12-31T23:59:59']) {
     assert.equal(clock.toInput(clock.fromInput(text)), text);
@@ -85,7 +85,7 @@ test('what a reader enters is of the same zone, before and after summer time beg
   assert.ok(Number.isNaN(clock.fromInput('nonsense')));
 });
 
-test('an unknown zone is UTC, and says so', () => {
+test('an unknown zone is replaced by UTC and shown as UTC', () => {
   assert.equal(new f.WallClock('Nowhere/At_All').zone, 'UTC');
   assert.equal(new f.WallClock('').dateTime(1000), '1970-01-01 00:00:01');
 });

@@ -5,7 +5,7 @@ import {Spark, extent, kept, merged, nearest, scaleOf, strip, timeMarks, trimmed
 
 const stretch = (t, pv, more = {}) => ({t, pv, sp: t.map(() => 1), co: t.map(() => 2), mode: t.map(() => 1), oldest_ms: 0, newest_ms: t.at(-1), ...more});
 
-test('a tail is right from its first row on', () => {
+test('a tail is valid from its first row on', () => {
   const whole = stretch([0, 100, 200, 300], [1, 2, 3, 4]), tail = stretch([200, 300, 400], [30, null, 50]);
   const both = merged(whole, tail);
   assert.deepEqual(both.t, [0, 100, 200, 300, 400]);
@@ -14,7 +14,7 @@ test('a tail is right from its first row on', () => {
   assert.deepEqual(whole.pv, [1, 2, 3, 4], 'what was given is not changed');
 });
 
-test('an empty stretch changes nothing, and nothing before it is all', () => {
+test('an empty tail changes no rows, and without a history the tail is the history', () => {
   const whole = stretch([0, 100], [1, 2]), empty = stretch([], [], {newest_ms: 900});
   assert.deepEqual(merged(whole, empty).t, [0, 100]);
   assert.equal(merged(whole, empty).newest_ms, 900);
@@ -43,7 +43,7 @@ test('extents leave out gaps and what is outside', () => {
   assert.deepEqual(extent(h, ['pv', 'stem'], 0, 50), [1, 1]);
 });
 
-test('a scale makes no storm of noise', () => {
+test('a scale doesn’t magnify noise', () => {
   const [low, high] = scaleOf([5, 5.001], [0, 10], 0.1);
   assert.ok(high - low >= 1);
   assert.ok(low < 5 && high > 5.001);
@@ -52,7 +52,7 @@ test('a scale makes no storm of noise', () => {
   assert.ok(wide[0] < 0 && wide[1] > 8);
 });
 
-test('the nearest row to a time', () => {
+test('the nearest row to a time is found', () => {
   assert.equal(nearest([], 5), -1);
   assert.equal(nearest([0, 10, 20], -7), 0);
   assert.equal(nearest([0, 10, 20], 14), 1);
@@ -60,7 +60,7 @@ test('the nearest row to a time', () => {
   assert.equal(nearest([0, 10, 20], 99), 2);
 });
 
-test('a span stays within what there is, and never gets too short', () => {
+test('a span stays within the record, and never gets too short', () => {
   assert.deepEqual(kept([-50, 50], [0, 1000], 10), [0, 100]);
   assert.deepEqual(kept([950, 1050], [0, 1000], 10), [900, 1000]);
   assert.deepEqual(kept([500, 500], [0, 1000], 10), [495, 505]);
@@ -87,7 +87,7 @@ test('a sparkline keeps first, lowest, highest and last of each step', () => {
   assert.deepEqual(spark.steps, [null, null, null, null, null, null, null, null, 3, 3, 3, 3]);
 });
 
-test('a sparkline tells when it changed, and bears a daemon that starts again', () => {
+test('a sparkline reports its changes, and accepts a restarted daemon', () => {
   const spark = new Spark(2, 10);
   spark.load([1, 1, 2, 2, 3, 3, 4, 4], 10);
   const {version} = spark;
@@ -110,7 +110,7 @@ const drawnOf = (valueAt, seconds = 100) => {
   return strip(spark.steps);
 };
 
-test('a smooth fall is drawn as one, and a smooth rise', () => {
+test('a smooth fall and a smooth rise are drawn smoothly', () => {
   for (const sign of [-1, 1]) {
     const {lines, bars} = drawnOf((t) => sign * t);
     assert.equal(lines.length, 1);
@@ -123,20 +123,20 @@ test('a smooth fall is drawn as one, and a smooth rise', () => {
   }
 });
 
-test('a step is drawn as a step: flat before and behind, and over within its own width', () => {
+test('a step is drawn as a step: flat before and after, and finished within its own width', () => {
   const {lines: [line], bars} = drawnOf((t) => (t < 45 ? 10 : 0));
   assert.deepEqual(bars, []);
   const falls = line.slice(1).map(([x, v], i) => [line[i][0], x, v - line[i][1]]).filter(([, , change]) => change !== 0);
   assert.deepEqual(falls, [[4.25, 4.75, -10]]);
 });
 
-test('what a value did within a step is not lost', () => {
+test('extremes within a step are kept', () => {
   const {lines: [line], bars} = drawnOf((t) => (t === 33 ? 8 : t % 10 === 5 ? -1 : 0), 50);
   assert.ok(line.every(([, v]) => v === 0));
   assert.deepEqual(bars.map(([x, low, high]) => [x, low, high]), [[0.5, -1, 0], [1.5, -1, 0], [2.5, -1, 0], [3.5, -1, 8], [4.5, -1, 0]]);
 });
 
-test('where nothing is known no line is drawn', () => {
+test('without values no line is drawn', () => {
   const spark = new Spark(5, 10);
   spark.add(0, 1);
   spark.add(40, 2);

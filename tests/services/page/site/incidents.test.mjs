@@ -21,7 +21,7 @@ test('an incident is one line with the alarms that it raised', () => {
   assert.deepEqual(lines.slice(1).map((line) => [line.loop, partOf(line)]), [['A', 'bad_pv'], ['B', 'backlash']]);
 });
 
-test('it is named by its cause, and has a size only where an alarm of that name has one', () => {
+test('an incident has the name of its cause, and a size only if an alarm of that name has one', () => {
   const alarms = [alarm('A', 'model_gap', 'acknowledged'), alarm('A', 'stiction', 'acknowledged', {severity_percent: 6})];
   const [line] = linesOf(alarms, [incident('A', 'gain_change', ['model_gap', 'stiction'])]);
   assert.equal(line.name, 'gain_change');
@@ -30,14 +30,14 @@ test('it is named by its cause, and has a size only where an alarm of that name 
   assert.equal(line.active, true);
 });
 
-test('what a cause of the same incident suppresses hangs on it; what is shelved stands by itself', () => {
+test('an alarm suppressed by a cause of the same incident belongs to its line, and shelved alarms have separate lines', () => {
   const low = [alarm('A', 'low_air_supply', 'unacknowledged'), alarm('A', 'stiction', 'suppressed'), alarm('A', 'backlash', 'suppressed', {active: false})];
   assert.deepEqual(linesOf(low, [incident('A', 'low_air_supply', ['low_air_supply', 'stiction'])]).map((l) => l.alarms.length), [2]);
   const shelved = [alarm('A', 'stiction', 'shelved'), alarm('A', 'model_gap', 'shelved')];
   assert.deepEqual(linesOf(shelved, [incident('A', 'stiction', ['stiction', 'model_gap'])]).map(partOf), ['stiction', 'model_gap']);
 });
 
-test('what has gone waits until it is acknowledged', () => {
+test('a cleared alarm waits until it is acknowledged', () => {
   const gone = [alarm('A', 'stiction', 'returned_unacknowledged')];
   const [line] = linesOf(gone, [incident('A', 'stiction', ['stiction'])]);
   assert.equal(line.state, 'returned_unacknowledged');
@@ -45,13 +45,13 @@ test('what has gone waits until it is acknowledged', () => {
   assert.deepEqual(linesOf([alarm('A', 'stiction', 'normal', {active: false})], [incident('A', 'stiction', ['stiction'])]), []);
 });
 
-test('an alarm is called the first only where another of its loop has followed', () => {
+test('an alarm is marked as the first only if another one of its loop followed', () => {
   const first = alarm('A', 'bad_pv', 'unacknowledged', {first_out: true});
   assert.equal(linesOf([first, alarm('B', 'bad_pv', 'acknowledged')], [])[0].firstOut, false);
   assert.deepEqual(linesOf([first, alarm('A', 'output_lost', 'unacknowledged', {first_out: false})], []).map((line) => line.firstOut), [true, false]);
 });
 
-test('an alarm of the box is a line of the box, and leads to it', () => {
+test('an alarm of the box is a line of the box, and links to it', () => {
   const [line] = linesOf([alarm('box', 'disk_full', 'unacknowledged', {priority: 'high'})], []);
   assert.equal(ofBox(line), true);
   assert.deepEqual([line.name, partOf(line), line.grave(5)], ['disk_full', 'disk_full', 'high']);
@@ -60,7 +60,7 @@ test('an alarm of the box is a line of the box, and leads to it', () => {
   assert.equal(ofBox({loop: 'FIC-101'}), false);
 });
 
-test('of the box’s alarms none is first: they don’t follow from each other', () => {
+test('an alarm of the box is never marked as the first, because these alarms are independent', () => {
   const lines = linesOf([alarm('box', 'disk_full', 'unacknowledged', {first_out: true}), alarm('box', 'feeder_lost', 'unacknowledged'), alarm('A', 'bad_pv', 'unacknowledged', {first_out: true}), alarm('A', 'deviation', 'unacknowledged')], []);
   assert.deepEqual(lines.filter((line) => line.firstOut).map((line) => line.loop), ['A']);
 });

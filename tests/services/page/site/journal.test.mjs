@@ -7,18 +7,18 @@ const {changeOf, whatOf} = await import('../../../../services/page/site/views/jo
 
 const line = (more) => ({from: '', to: '', old: '', new: '', what: '', severity_percent: null, ...more});
 
-test('an alarm whose state stays is not said to change', () => {
+test('an alarm whose state stays is not shown as a change', () => {
   assert.equal(changeOf(line({from: 'normal', to: 'unacknowledged'})), 'normal → unacknowledged');
   assert.equal(changeOf(line({from: 'suppressed', to: 'suppressed'})), 'suppressed');
 });
 
-test('alarms that a line names have their names as everywhere on the page', () => {
+test('alarms in a line have the same names as everywhere on the page', () => {
   assert.equal(whatOf(line({what: 'consequence of bad_pv'})), 'consequence of PV bad');
   assert.equal(changeOf(line({what: 'incident renamed', old: 'no_longer_as_commissioned', new: 'stiction'})), 'No longer as commissioned → Stiction');
   assert.equal(changeOf(line({what: 'incident joined', new: 'stiction'})), '– → Stiction');
 });
 
-test('what others wrote stays as it is', () => {
+test('texts of others stay unchanged', () => {
   assert.equal(whatOf(line({what: 'set point'})), 'set point');
   assert.equal(whatOf({}), '');
   assert.equal(changeOf(line({what: 'mode', old: 'MAN', new: 'AUTO'})), 'MAN → AUTO');

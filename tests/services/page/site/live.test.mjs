@@ -60,7 +60,7 @@ function knowsNothing(live) {
   assert.equal(Stream.newest.readyState, Stream.CLOSED);
 }
 
-test('who has not logged in is told of no alarm, and of none that there is none', async () => {
+test('without a log-in the alarms are unknown, and are not shown as none', async () => {
   server.session = NOBODY;
   const live = new Live();
   await live.start();
@@ -70,20 +70,20 @@ test('who has not logged in is told of no alarm, and of none that there is none'
   assert.equal(live.stale, null);
 });
 
-test('when the stream says that the session has ended nothing is known any longer, at once', async () => {
+test('when the stream reports the end of the session all data of the box are removed immediately', async () => {
   const live = await looking();
   const heard = [];
   for (const type of ['session', 'alarms', 'describe']) live.addEventListener(type, () => heard.push([type, live.alarmsKnown]));
   server.session = NOBODY;
   Stream.newest.say('ended', {});
   knowsNothing(live);
-  assert.deepEqual(heard, [['session', false], ['describe', false], ['alarms', false]], 'the view goes first, then what stays is told');
+  assert.deepEqual(heard, [['session', false], ['describe', false], ['alarms', false]], 'the view is removed first, then the other parts are notified');
   await settled();
   knowsNothing(live);
   assert.equal(heard.length, 3, 'the log-in is not shown twice');
 });
 
-test('a daemon that was never heard of has not no loops: nothing is known of them', async () => {
+test('the loops of a daemon that never answered are unknown', async () => {
   server.session = VERA;
   server.describe = {up: false, loops: []};
   const live = new Live();
@@ -99,21 +99,21 @@ test('a daemon that was never heard of has not no loops: nothing is known of the
   assert.equal(live.describe.loops.length, 2);
 });
 
-test('any answer that says so ends it as well', async () => {
+test('any answer that reports the end of the session ends it', async () => {
   const live = await looking();
   server.session = NOBODY;
   await assert.rejects(get('/api/journal'), {status: 401});
   knowsNothing(live);
 });
 
-test('a log-out ends it at once', async () => {
+test('a log-out ends the session immediately', async () => {
   const live = await looking();
   server.session = NOBODY;
   await live.logOut();
   knowsNothing(live);
 });
 
-test('a page of a fleet alone, which has no stream, asks whether it is still logged in', async () => {
+test('a page of only a fleet, which has no stream, asks whether it is still logged in', async () => {
   server.session = {...VERA, box: false};
   const live = new Live();
   await live.start();
@@ -123,7 +123,7 @@ test('a page of a fleet alone, which has no stream, asks whether it is still log
   assert.equal(live.session.must_login, true);
 });
 
-test('a loop whose cycle does not move on stands, and one that has not begun is only not known', async () => {
+test('a loop whose cycle has stopped is marked, and one without a cycle is only unknown', async () => {
   const live = await looking(), now = performance.now.bind(performance);
   try {
     performance.now = () => now() + 3000;
@@ -140,7 +140,7 @@ test('a loop whose cycle does not move on stands, and one that has not begun is 
   }
 });
 
-test('where another tab has logged in it all comes back', async () => {
+test('after a log-in in another tab all data return', async () => {
   const live = await looking();
   Stream.newest.say('ended', {});
   assert.equal(live.session.must_login, true);
@@ -149,7 +149,7 @@ test('where another tab has logged in it all comes back', async () => {
   assert.equal(Stream.newest.readyState, 1);
 });
 
-test('what is asked while a person is there says so', async () => {
+test('requests carry the mark of a user who is present', async () => {
   await looking();
   assert.ok(server.asked.every(([, headers]) => !('X-Loopwarden-Person' in headers)));
   person.seen(performance.now());

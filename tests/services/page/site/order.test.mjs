@@ -14,26 +14,26 @@ function overview(n, changes = {}) {
 }
 const loops = (...tags) => tags.map((tag) => ({tag, description: `of ${tag}`}));
 
-test('the worst comes first, what is equal in the order of tags with their numbers', () => {
+test('the worst loop is first, and equal loops are in the order of tags with their numbers', () => {
   const all = loops('FIC-10', 'FIC-9', 'FIC-1', 'FIC-2', 'FIC-3', 'FIC-4', 'FIC-5');
   const o = overview(7, {2: {alarm: 2}, 3: {alarm: 1, alarms_unacknowledged: 1}, 4: {fault: 2, ne107: 4}, 5: {condition: 20}, 6: {alarm: 6}});
   assert.deepEqual(arranged(all, o).map((i) => all[i].tag),
     ['FIC-2', 'FIC-3', 'FIC-1', 'FIC-5', 'FIC-4', 'FIC-9', 'FIC-10']);
 });
 
-test('a code that only a newer daemon has is never taken for what is normal', () => {
+test('a code that only a newer daemon has is never shown as normal', () => {
   const all = loops('A', 'B', 'C', 'D');
   const o = overview(4, {1: {fault: 99}, 2: {alarm: 99}, 3: {ne107: 99}});
   assert.deepEqual(arranged(all, o, {filter: 'abnormal'}).map((i) => all[i].tag), ['B', 'C']);
   for (const i of [1, 2, 3]) assert.ok(urgency(o, i) > urgency(o, 0), all[i].tag);
 });
 
-test('a condition that moves a little changes no places', () => {
+test('a small change of the condition doesn’t change the order', () => {
   assert.equal(urgency(overview(1, {0: {condition: 91}}), 0), urgency(overview(1, {0: {condition: 97}}), 0));
   assert.ok(urgency(overview(1, {0: {condition: 12}}), 0) > urgency(overview(1), 0));
 });
 
-test('filters and their counts', () => {
+test('filters count their loops', () => {
   const all = loops('A', 'B', 'C', 'D', 'E');
   const o = overview(5, {1: {alarm: 1}, 2: {mode: 0}, 3: {quality: 0}, 4: {condition: 30}});
   const tags = (filter) => arranged(all, o, {filter}).map((i) => all[i].tag);
@@ -45,14 +45,14 @@ test('filters and their counts', () => {
   assert.deepEqual(counts(all, o), {all: 5, abnormal: 4, alarm: 1, fault: 1, manual: 1, condition: 1});
 });
 
-test('a suppressed alarm and a start are nothing abnormal; a shelved one waits at the shelf', () => {
+test('a suppressed alarm and a start are normal, and a shelved alarm waits on the shelf', () => {
   const all = loops('A', 'B', 'C');
   const o = overview(3, {0: {alarm: 7}, 1: {fault: 1}, 2: {alarm: 6}});
   assert.deepEqual(arranged(all, o, {filter: 'abnormal'}), []);
   assert.equal(arranged(all, o)[0], 2);
 });
 
-test('a loop that is out of service, stands still or is not known is abnormal', () => {
+test('a loop that is out of service, stopped or unknown is abnormal', () => {
   const all = loops('A', 'B', 'C', 'D');
   const o = {...overview(4, {1: {fault: 7}, 3: {fault: null, mode: null, quality: null, ne107: null}}), stands: [false, false, true, false]};
   assert.deepEqual(arranged(all, o, {filter: 'abnormal'}).map((i) => all[i].tag), ['B', 'C', 'D']);
@@ -60,13 +60,13 @@ test('a loop that is out of service, stands still or is not known is abnormal', 
   assert.ok(urgency(o, 2) > urgency(o, 0) && urgency(o, 3) > urgency(o, 0));
 });
 
-test('an output that nobody knows is a fault, and no calm start', () => {
+test('an unknown output is a fault, also during a start', () => {
   const all = loops('A', 'B'), o = overview(2, {1: {fault: 8, mode: 2, co: null}});
   assert.deepEqual(arranged(all, o, {filter: 'fault'}), [1]);
   assert.equal(arranged(all, o)[0], 1);
 });
 
-test('search takes all words, in tag and description', () => {
+test('search finds all words, in tag and description', () => {
   const all = loops('FIC-101', 'FIC-102', 'TIC-101');
   const found = (search) => arranged(all, overview(3), {search}).map((i) => all[i].tag);
   assert.deepEqual(found('fic'), ['FIC-101', 'FIC-102']);
@@ -75,7 +75,7 @@ test('search takes all words, in tag and description', () => {
   assert.deepEqual(found('(['), []);
 });
 
-test('columns sort either way, what has no value last', () => {
+test('columns sort in both directions, with missing values last', () => {
   const all = loops('A', 'B', 'C');
   const o = overview(3, {0: {pv: 3}, 1: {pv: null}, 2: {pv: 7}});
   assert.deepEqual(arranged(all, o, {sort: 'pv', descending: true}), [2, 0, 1]);
@@ -83,19 +83,19 @@ test('columns sort either way, what has no value last', () => {
   assert.deepEqual(arranged(all, o, {sort: 'tag', descending: false}), [0, 1, 2]);
 });
 
-test('a loop with an alarm that is acted on now is worse than one with others, in manual or not', () => {
+test('a loop with an alarm that needs action now is worse than one with others, in manual or not', () => {
   const all = loops('A', 'B', 'C'), o = overview(3, {0: {alarm: 1, alarms_unacknowledged: 6, mode: 0, condition: 1}, 2: {alarm: 1, alarms_unacknowledged: 1}});
   assert.deepEqual(arranged(all, o, {grave: new Set(['C'])}), [2, 0, 1]);
   assert.deepEqual(arranged(all, o), [0, 2, 1]);
 });
 
-test('of alarms what waits comes first, then what is acted on now, then the newest', () => {
+test('waiting alarms are first, then those that need action now, then the newest', () => {
   const line = (loop, state, raised_ms, grave = 'low') => ({loop, state, raised_ms, grave: (severe) => (severe === 10 ? grave : 'wrong')});
   const lines = [line('A', 'acknowledged', 9, 'high'), line('B', 'unacknowledged', 1), line('C', 'unacknowledged', 5), line('D', 'shelved', 8), line('E', 'unacknowledged', 0, 'high')];
   assert.deepEqual(arrangedAlarms(lines, 10).map((a) => a.loop), ['E', 'C', 'B', 'A', 'D']);
 });
 
-test('codes', () => {
+test('codes have their names', () => {
   assert.deepEqual([0, 64, 192, 196].map(quality), ['bad', 'uncertain', 'good', 'good']);
   assert.deepEqual(actionsOf('latched_acknowledged'), ['reset', 'shelve']);
   assert.deepEqual(actionsOf('nonsense'), []);

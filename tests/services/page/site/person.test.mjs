@@ -5,7 +5,7 @@ import {Person} from '../../../../services/page/site/lib/person.js';
 
 const MARK = {'X-Loopwarden-Person': '1'};
 
-test('requests say that a person is there for a minute after a key or a pointer', () => {
+test('requests carry the mark of a user for a minute after a key or a pointer', () => {
   const person = new Person();
   assert.deepEqual(person.headers(0), {});
   person.seen(1000);
@@ -14,7 +14,7 @@ test('requests say that a person is there for a minute after a key or a pointer'
   assert.deepEqual(person.headers(61_000), {});
 });
 
-test('somebody who looks at a view that asks for nothing is told of now and then, and not when he has gone', () => {
+test('a user in a view without requests is reported now and then, until the user leaves', () => {
   const person = new Person();
   assert.equal(person.isUntold(0), false);
   person.seen(0);
@@ -25,7 +25,7 @@ test('somebody who looks at a view that asks for nothing is told of now and then
   assert.equal(person.isUntold(60_000), false);
 });
 
-test('a key, a pressed and a moved pointer are a person', () => {
+test('a key and a pressed or moved pointer show that a user is present', () => {
   for (const sign of ['keydown', 'pointerdown', 'pointermove', 'wheel']) {
     const person = new Person(), target = new EventTarget();
     person.watch(target);

@@ -18,12 +18,12 @@ test('every name of the daemon has a text', () => {
   for (const name of CONDITIONS) assert.equal(texts.conditions[name].length, 3, name);
 });
 
-test('values go where their names stand, and are not read as patterns', () => {
+test('values replace their names, and are not read as patterns', () => {
   assert.equal(fill('{tag}: {value} {unit}', {tag: '{value}', value: '$&'}), '{value}: $& {unit}');
 });
 
 // Tags, reasons and names can be hostile. The page's policy forbids other scripts and styles.
-test('nothing is written as markup, and nothing is inline', () => {
+test('the page writes no markup and has no inline scripts or styles', () => {
   for (const [name, text] of sources) {
     assert.doesNotMatch(text, /innerHTML|outerHTML|insertAdjacentHTML|document\.write|\beval\(|new Function/, name);
     assert.doesNotMatch(text, /\bstyle: /, `${name}: a style attribute`);
@@ -32,7 +32,7 @@ test('nothing is written as markup, and nothing is inline', () => {
   assert.doesNotMatch(page, / style=| on\w+=|<style|<script>/);
 });
 
-test('every file that is asked for is in the program', () => {
+test('every requested file is in the program', () => {
   const list = readFileSync(new URL('CMakeLists.txt', SITE), 'utf8');
   const files = ['', 'lib/', 'views/', 'style/'].flatMap((folder) => readdirSync(new URL(folder, SITE)).filter((name) => /\.(js|css|html|svg)$/.test(name)).map((name) => folder + name));
   for (const name of files) assert.ok(list.includes(name), `${name} is not in services/page/site/CMakeLists.txt`);
@@ -74,17 +74,17 @@ function leftOver(object, modules) {
   return left;
 }
 
-test('no text is left over', () => {
+test('every text is used', () => {
   assert.deepEqual(leftOver(texts, [...sources.map(([, text]) => text), readFileSync(new URL('texts.js', SITE), 'utf8').split('export const texts')[1]]), []);
 });
 
-test('a text is left over where another of the same name is used, and where its group is looked into by other names', () => {
+test('a text counts as unused if only another text of the same name, or other names of its group, are used', () => {
   const mine = {a: {title: '1', up: '2', down: '3'}, b: {title: '4'}};
   assert.deepEqual(leftOver(mine, ["const t = texts.a;\nt.title; t[name];\nconst names = ['up'];"]), ['.a.down', '.b']);
   assert.deepEqual(leftOver(mine, ["const t = texts.a, u = texts.b;\nt.title + t.up + t.down + u.title"]), []);
 });
 
-test('no text is missing', () => {
+test('every used text exists', () => {
   for (const [name, source] of sources) {
     const short = {texts}; // a module's names for groups of texts
     for (const [, key, path] of source.matchAll(/^const (\w+) = texts\.(\w+);/gm)) short[key] = texts[path];

@@ -29,7 +29,7 @@ class Plotter {
   posToVal(v) { return v; }
   redraw() {
     this.log.length = 0;
-    assert.equal(this.options.hooks.drawClear, undefined, 'nothing lies behind the curves');
+    assert.equal(this.options.hooks.drawClear, undefined, 'no drawing below the curves');
     this.options.hooks.draw[0](this);
   }
 }
@@ -43,7 +43,7 @@ function shown(bands, notes = []) {
 
 const filled = ({log}) => log.filter(([what]) => what === 'fill');
 
-test('the band of an alarm lies above the curves of each pane and covers none; over the first one it has its name', () => {
+test('the band of an alarm is above the curves of each pane and covers none, and over the first pane it has its name', () => {
   const panes = shown([{from_ms: 200, to_ms: 400, lane: 0, label: 'Stiction', priority: 'high'}]);
   for (const {bbox, ...pane} of panes) {
     assert.deepEqual(filled(pane).map(([, colour, x, , width]) => [colour, x, width]), [['the colour --high', 200, 200]]);
@@ -52,7 +52,7 @@ test('the band of an alarm lies above the curves of each pane and covers none; o
   assert.deepEqual(panes.map(({log}) => log.some(([what, text]) => what === 'text' && text === 'Stiction')), [true, false]);
 });
 
-test('what is beyond the span is not drawn, and what is on still reaches to its end', () => {
+test('parts beyond the span are not drawn, and an active alarm reaches the end of the span', () => {
   const bands = [{from_ms: -9, to_ms: -5, lane: 0, label: 'A', priority: 'low'}, {from_ms: 900, to_ms: null, lane: 0, label: 'B', priority: 'low'}];
   for (const pane of shown(bands)) assert.deepEqual(filled(pane).map(([, , x, , width]) => [x, width]), [[900, 100]]);
 });
@@ -64,13 +64,13 @@ test('a note that is not on the disk yet is marked', () => {
   assert.deepEqual(texts({at_ms: 2000}), []);
 });
 
-test('a value that is missing stays a hole', () => {
+test('a missing value stays a gap', () => {
   const [pane] = shown([]);
   assert.deepEqual(pane.columns, [[0, 500, 1000], [1, null, 3]]);
   assert.equal(pane.options.series[1].spanGaps, false);
 });
 
-test('a time that the right edge would cut off is not written', () => {
+test('a time that the right edge would cut off is omitted', () => {
   const [{options}] = shown([]), [axis] = options.axes, u = {width: 1000, bbox: {left: 0}, ctx: {measureText: (text) => ({width: 10 * text.length})}, valToPos: (v) => v};
   assert.deepEqual(axis.values(u, [500, 975, 985]), ['500 s', '975 s', '']);
 });

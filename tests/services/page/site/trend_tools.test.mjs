@@ -41,7 +41,7 @@ function rig() {
   return {scope, trend: new Two(scope)};
 }
 
-test('the loops of a trend have one span, one row of buttons, and bands with what stands in the journal', async () => {
+test('the loops of a trend share one span and one row of buttons, and have bands from the journal', async () => {
   const {trend} = rig();
   await trend.load();
   assert.deepEqual(trend.span_drawn, [40_000, 100_000]);
@@ -52,7 +52,7 @@ test('the loops of a trend have one span, one row of buttons, and bands with wha
   assert.match(server.asked.find((path) => path.startsWith('/api/loops/A/history')), /from_ms=40000&to_ms=100000&points=800/);
 });
 
-test('the journal’s lines are not asked for with every round, and a journal that can’t be read costs no curve', async () => {
+test('the journal is read less often than the curves, and an unreadable journal doesn’t remove a curve', async () => {
   const {trend} = rig(), asked = () => server.asked.filter((path) => path.includes('kind=alarm')).length;
   await trend.load();
   await trend.load();
@@ -64,7 +64,7 @@ test('the journal’s lines are not asked for with every round, and a journal th
   assert.equal(other.box.dataset.rows, 4);
 });
 
-test('an answer that came too late is dropped', async () => {
+test('an answer that is too late is dropped', async () => {
   const {trend} = rig(), held = {};
   server.answers['/api/loops/A/history'] = () => new Promise((done) => { held.done = done; });
   const first = trend.load();
@@ -76,7 +76,7 @@ test('an answer that came too late is dropped', async () => {
   assert.equal(trend.box.dataset.rows, 3);
 });
 
-test('a span that was chosen stays and is asked for once it is drawn; one that follows is asked for at once', async () => {
+test('a chosen span stays and is requested after it is drawn, and a following span immediately', async () => {
   const {trend} = rig();
   await trend.load();
   server.asked.length = 0;
@@ -89,10 +89,10 @@ test('a span that was chosen stays and is asked for once it is drawn; one that f
   await new Promise(setImmediate);
   const before = timers.length;
   trend.follow();
-  assert.equal(timers.length, before, 'nothing new comes into it');
+  assert.equal(timers.length, before, 'no new timer');
 });
 
-test('what follows is asked for without a wait', async () => {
+test('a following span is requested without a wait', async () => {
   const {trend} = rig();
   await trend.load();
   server.asked.length = 0;
@@ -100,7 +100,7 @@ test('what follows is asked for without a wait', async () => {
   assert.ok(server.asked[0].startsWith('/api/loops/A/history'));
 });
 
-test('while it follows it comes back when a bucket is full, at least each three seconds', async () => {
+test('a following trend loads again when a bucket is full, at most every three seconds', async () => {
   const {trend} = rig();
   await trend.load();
   assert.equal(timers.at(-1).ms, 3000);
@@ -109,14 +109,14 @@ test('while it follows it comes back when a bucket is full, at least each three 
   assert.equal(timers.at(-1).ms, 12_000);
 });
 
-test('how a curve is drawn is told', () => {
+test('the way of drawing a curve is shown', () => {
   const {trend} = rig();
   assert.equal(trend.said(past([5]), [0, 9]), texts.trend.every);
   assert.equal(trend.said(past([5]), [6, 9]), texts.trend.empty);
   assert.match(trend.said(past([5], {bucket_s: 2}), [0, 9]), /first, lowest, highest and last of each 2/);
 });
 
-test('a view that was left asks no more', async () => {
+test('a closed view sends no further requests', async () => {
   const {trend, scope} = rig();
   await trend.load();
   const before = timers.length;

@@ -62,7 +62,7 @@ TEST_CASE("a model is simulated within the loop's own ranges, with any disturban
   const plant::LoopModel model = model_of(twin, kFacts);
   CHECK(model.process.gain == -0.2);
   const Proposal proposal = propose(model, kFacts, analysis::ControllerForm::pi);
-  const analysis::LoopRecord& answer = proposal.trials.front().response.record;
+  const analysis::SimulatedRecord& answer = proposal.trials.front().response.record;
   CHECK(answer.pv.front() == Approx(50.0));
   CHECK(answer.co.front() == Approx(50.0).margin(1.0));
   CHECK(answer.co[200] < 50.0);  // the set point rises, so CO falls

@@ -35,7 +35,7 @@ inline plant::LoopModel recorded_plant(std::vector<std::pair<double, double>> se
 struct RecordedRun {
   std::uint64_t sequence = 1;
   std::int64_t start_ms = kRecordStart_ms;
-  std::uint8_t mode = 1;
+  control::Mode mode = control::Mode::automatic;
 };
 
 inline void record_run(const std::filesystem::path& folder, const plant::LoopModel& model,

@@ -39,11 +39,11 @@ TEST_CASE("the newest step is found among others, with the record before and aft
   CHECK(at_s(record->step_ms) == Approx(4400.0).margin(1.0));
   CHECK(at_s(record->from_ms) == Approx(4350.0).margin(2.0));
   CHECK(at_s(record->to_ms) == Approx(4600.0).margin(2.0));
-  CHECK(record->sample_time_s == 0.5);
+  CHECK(record->period_s == 0.5);
   CHECK(record->sp.front() == 50.0);
   CHECK(record->sp.back() == 45.0);
   CHECK(record->pv.size() == record->co.size());
-  CHECK(record->mode.front() == 1.0);
+  CHECK(record->automatic.front() == 1.0);
 }
 
 TEST_CASE("a long stretch is thinned by means") {
@@ -51,7 +51,7 @@ TEST_CASE("a long stretch is thinned by means") {
   bench.run({{0.0, 30.0}, {8000.0, 40.0}}, 20000.0);
   const auto record = bench.newest({.integral_time_s = 400.0});
   REQUIRE(record);
-  CHECK(record->sample_time_s == 7.0);  // 10 000 s in 1500 samples
+  CHECK(record->period_s == 7.0);  // 10 000 s in 1500 samples
   CHECK(record->pv.size() <= page::tuning::kMostSamples + 1);
   CHECK(record->pv.size() >= page::tuning::kMostSamples * 9 / 10);
   CHECK(record->sp.back() == 40.0);
@@ -62,7 +62,7 @@ TEST_CASE("a record without a step has no newest step") {
   SECTION("a set point that never moved") { bench.run({{0.0, 30.0}}, 2000.0); }
   SECTION("a move too small") { bench.run({{0.0, 30.0}, {500.0, 30.9}}, 2000.0); }
   SECTION("in manual, if SP may follow PV") {
-    bench.run({{0.0, 30.0}, {500.0, 40.0}}, 2000.0, {.mode = 0});
+    bench.run({{0.0, 30.0}, {500.0, 40.0}}, 2000.0, {.mode = control::Mode::manual});
   }
   SECTION("over a restart") {
     bench.run({{0.0, 30.0}}, 500.0);
