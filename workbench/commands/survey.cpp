@@ -58,7 +58,9 @@ void print_failed(const nlohmann::json& failed) {
     if (!why.starts_with(file)) {
       why = fmt::format("{}: {}: {}", file, problem.value("loop", "loop"), why);
     }
-    if (said.insert(why).second) fmt::print(stderr, "failed: {}\n", why);
+    const bool skipped = problem.value("lost", "loop") == "signals";
+    if (said.insert(why).second)
+      fmt::print(stderr, "{}: {}\n", skipped ? "skipped" : "failed", why);
   }
 }
 
@@ -145,7 +147,6 @@ void print_survey(const nlohmann::json& survey, const fs::path& out, bool as_jso
       !found.empty()) {
     fmt::print("{}\n", found);
   }
-  print_failed(survey.at("failed"));
   fmt::print("{}\n", (out / "survey.html").string());
 }
 
@@ -249,6 +250,7 @@ int run_survey(const SurveyCommand& given) {
   if (!options.merge.empty()) {
     const nlohmann::json survey =
         write_survey({options.merge.begin(), options.merge.end()}, out, options.outcomes);
+    if (!options.json) print_failed(survey.at("failed"));
     print_survey(survey, out, options.json);
     against.tell(survey, out);
     return exit_code_of(survey.at("failed"));
@@ -279,10 +281,10 @@ int run_survey(const SurveyCommand& given) {
     fmt::print("{}\n", sentence_of(survey));
     return exit_code_of(survey.at("failed"));
   }
+  if (!options.json) print_failed(survey.at("failed"));
+  fmt::print(stderr, "{}\n", count_text(count, survey.at("failed")));
   print_survey(survey, out, options.json);
   against.tell(survey, out);
-  std::fflush(stdout);
-  fmt::print(stderr, "{}\n", count_text(count, survey.at("failed")));
   return exit_code_of(survey.at("failed"));
 }
 
