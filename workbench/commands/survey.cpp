@@ -121,7 +121,7 @@ void print_survey(const nlohmann::json& survey, const fs::path& out, bool as_jso
   }
   std::string counts;
   for (const auto& [step, count] : steps) counts += fmt::format(", {} {}", count, step);
-  fmt::print("{} loops{}\n", loops.size(), counts);
+  fmt::print("{} loop{}{}\n", loops.size(), loops.size() == 1 ? "" : "s", counts);
   fmt::print("{:>5}  {:<28} {:<16} {:>7} {:>10} {:>6}  {}\n", "rank", "loop", "verdict", "valve %",
              "period s", "group", "next");
   for (std::size_t k = 0; k < std::min(kLinesShown, loops.size()); ++k) {
