@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <optional>
 
 #include "model/estimator/constants.hpp"
@@ -287,14 +288,28 @@ class Estimator {
   }
 
   // The law of a fit without slips by PV, searched near its posterior.
-  Fit representative(const Fit& fit) const {
+  const Fit& representative(const Fit& fit) const {
     if (!fit.hypothesis.jumps()) return fit;
+    const std::pair key{fit.hypothesis.title(), fit.log_likelihood()};
+    const auto known = representatives_.find(key);
+    if (known != representatives_.end()) return known->second;
+    return representatives_.emplace(key, find_representative(fit)).first->second;
+  }
+
+  Fit find_representative(const Fit& fit) const {
     Hypothesis law = fit.hypothesis.law_only();
     Start start = Start::around(fit.population.members, fit.population.best, 1.5, 0.02, 1.0);
     start.mean = fit.hypothesis.without_slips(std::move(start.mean));
     start.deviation = fit.hypothesis.without_slips(std::move(start.deviation));
     Likelihood::Work work;
-    Fit out{law, search(likelihood_, law, start, {96, 2, 3}, 11, work), {}, fit.score};
+    Fit out{law, fit.population, {}, fit.score};
+    if (fit.hypothesis.at(fit.population.top().z).jitter > 0.0) {
+      out.population = search(likelihood_, law, start, {96, 2, 3}, 11, work);
+    } else {
+      for (Member& m : out.population.members) {
+        m.z = fit.hypothesis.without_slips(std::move(m.z));
+      }
+    }
     // Of members that fit as well, the middle one on the last third: the best of many there would
     // be chosen by what is to prove it.
     std::vector<std::pair<Errors, std::size_t>> left;
@@ -414,6 +429,7 @@ class Estimator {
   std::vector<Law> named_;
   std::vector<Law> unnamed_;
   Competition competition_;
+  mutable std::map<std::pair<std::string, double>, Fit> representatives_;
 };
 
 }  // namespace
