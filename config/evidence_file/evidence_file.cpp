@@ -87,12 +87,10 @@ json to_json(const watch::RoutineWatch::Judgement& j) {
           {"probability", j.probability},
           {"fault", alarm::to_text(j.fault)},
           {"severity_percent", j.severity_percent},
-          {"phase", j.evidence.phase},
-          {"play", j.evidence.play},
-          {"hammerstein", j.evidence.hammerstein},
-          {"parts_for", j.evidence.parts_for},
+          {"log_odds", j.evidence.log_odds},
+          {"band_share", j.evidence.share},
+          {"explained", j.evidence.explained},
           {"standing", j.evidence.standing},
-          {"relation", j.evidence.relation},
           {"turns",
            {{"count", j.evidence.reversals.count},
             {"travel_scatter", j.evidence.reversals.travel_scatter},
@@ -195,13 +193,11 @@ watch::RoutineWatch::Judgement routine_of(const json& j) {
   r.fault = named(alarm::kValveAlarms, j.at("fault").get<std::string>());
   r.probability = j.at("probability").get<double>();
   r.severity_percent = j.at("severity_percent").get<double>();
-  r.evidence = {.phase = j.at("phase").get<double>(),
-                .play = j.at("play").get<double>(),
-                .hammerstein = j.at("hammerstein").get<double>(),
-                .parts_for = j.at("parts_for").get<double>(),
-                .standing = j.value("standing", 0.0),  // missing in files from before these three
-                                                       // were computed
-                .relation = j.value("relation", 1.0),
+  // Files of earlier versions lack some of these.
+  r.evidence = {.log_odds = j.value("log_odds", 0.0),
+                .share = j.value("band_share", 0.0),
+                .explained = j.value("explained", 0.0),
+                .standing = j.value("standing", 0.0),
                 .reversals = {}};
   if (const auto reversals = j.find("turns"); reversals != j.end()) {
     r.evidence.reversals = {

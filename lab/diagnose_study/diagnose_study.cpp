@@ -43,16 +43,11 @@ namespace {
 using diagnosis::Cause;
 using diagnosis::kCauseCount;
 
-// Share of the weight of simulated loops; the records have the rest. Of 0.05 to 0.6, this value has
-// the most correct loops on plants that were left out.
-constexpr double kPrior = 0.5;
-
 struct StudyOptions {
   std::size_t cases = 4000;
   std::uint64_t seed = 1;
   std::string train;                      // table to write
-  std::string weights;                    // of the decision about the valve, header to write
-  bool refit = false;                     // weights fitted without the evaluated plant
+  bool weights = false;                   // print the weights of the decision
   std::vector<std::string> records;       // folders with labels.csv
   std::vector<std::string> gap_examples;  // folders of records with truth.json
   bool compare_too = false;               // compare the records with the simulated loops
@@ -61,7 +56,6 @@ struct StudyOptions {
   bool unknown_kind = false;              // withhold the kind of the simulated loops
   std::vector<std::string> without;       // ingredients of the simulated loops
   std::vector<std::string> with;          // those of `without` to add again
-  double prior = kPrior;
   bool json = false;
   unsigned threads = std::max(1U, std::thread::hardware_concurrency());
 };
@@ -115,7 +109,8 @@ std::vector<Judged> judge_cases(const StudyOptions& options, std::uint64_t seed,
             view_of(c), options.unknown_kind ? diagnosis::LoopType::unknown : kind);
         const diagnosis::Gate gate = j.diagnosis.prepared.gate;
         if (options.compare_too && j.diagnosis.judged()) {
-          j.labelled.features = diagnosis::find_features(j.diagnosis.prepared).features;
+          j.labelled.features =
+              diagnosis::find_features(j.diagnosis.prepared, j.diagnosis.evidence);
         }
         j.diagnosis.prepared = {};  // the series need much memory
         j.diagnosis.prepared.gate = gate;
@@ -250,20 +245,17 @@ nlohmann::json as_json(const Judged& j) {
 }
 
 constexpr const char* kEvidenceColumns =
-    "verdict,grade,p,ph,pl,A,parts_for,band_share,reversals,s,band,play_band,follows,"
-    "linear_r2,play_r2,s_low,s_high,standing,turns,travel_scatter,cycle_scatter,turns_by,at_"
-    "limit\n";
+    "verdict,grade,p,log_odds,share,explained,explained_without,standing,s,s_low,s_high,turns,"
+    "travel_scatter,cycle_scatter,turns_by,at_limit\n";
 
 std::string evidence_row(const diagnosis::Diagnosis& d) {
-  const diagnosis::Hammerstein& h = d.hammerstein;
+  const diagnosis::ValveEvidence& e = d.evidence;
   return fmt::format(
-      "{},{},{:.4f},{:.4f},{:.4f},{:.4f},{:.3f},{:.2f},{},{:.4g},{:.4g},{:.4g},{},{:.3f},{:."
-      "3f},{:.4g},{:.4g},{:.3f},{},{:.3f},{:.3f},{},{:.3f}\n",
-      to_text(d.verdict), to_text(d.grade), d.probability, d.evidence.phase, d.evidence.play,
-      h.evidence, h.parts_for, h.band_share, h.reversals, d.s, h.band, d.play.band,
-      static_cast<int>(d.follows), d.play.linear_r2, d.play.play_r2, d.s_low, d.s_high,
-      d.evidence.standing, d.evidence.reversals.count, d.evidence.reversals.travel_scatter,
-      d.evidence.reversals.cycle_scatter, to_text(d.evidence.reversals.by()),
+      "{},{},{:.4f},{:.2f},{:.2f},{:.3f},{:.3f},{:.3f},{:.4g},{:.4g},{:.4g},{},{:.3f},{:.3f},{},"
+      "{:.3f}\n",
+      to_text(d.verdict), to_text(d.grade), d.probability, e.log_odds, e.share, e.explained,
+      d.band.explained_without, e.standing, d.s, d.s_low, d.s_high, e.reversals.count,
+      e.reversals.travel_scatter, e.reversals.cycle_scatter, to_text(e.reversals.by()),
       d.prepared.share_at_limit);
 }
 
@@ -287,9 +279,10 @@ int train_table(const StudyOptions& options) {
       options.cases, options.threads,
       [&](std::size_t i) {
         const DiagnosisCase c = diagnosis_case(options.seed, i, ingredients);
-        const diagnosis::Prepared prepared = diagnosis::prepare(view_of(c));
-        if (!prepared.refusal.empty()) return;
-        drawn[i] = {.features = diagnosis::find_features(prepared).features, .cause = c.cause};
+        const diagnosis::Diagnosis d = diagnosis::diagnose(view_of(c));
+        if (!d.judged()) return;
+        drawn[i] = {.features = diagnosis::find_features(d.prepared, d.evidence),
+                    .cause = c.cause};
         usable[i] = 1;
       },
       [&](std::size_t done) { progress.update(done); });
@@ -312,14 +305,9 @@ int train_table(const StudyOptions& options) {
 struct LabelledWindow {
   Label label;
   diagnosis::Diagnosis diagnosis;
-  diagnosis::ValveDecision left_out{};  // by weights fitted without this loop
-  bool at_once() const { return diagnosis.follows == diagnosis::Follows::at_once; }
 };
 
 constexpr double kRidge = 0.3;
-// The term A separates the measured loops no better than chance (AUC 0.49 by window), and the open
-// records were used for its development. It may shift p by 1.4 nats and can't decide by itself.
-constexpr diagnosis::ValveTerms kMostAtOnce{1e3, 1e3, 1e3, 2.0};
 
 std::vector<LabelledWindow> read_windows(const std::vector<std::string>& folders) {
   std::vector<LabelledWindow> windows;
@@ -334,52 +322,42 @@ std::vector<LabelledWindow> read_windows(const std::vector<std::string>& folders
   return windows;
 }
 
-// Fits the weights. Simulated loops have the share `prior` of the weight, and the records of all
-// plants except `without` the rest. In both parts sticky and other loops have the same total
-// weight, and all loops have equal weights. For levels and temperatures there are no open loops to
-// train on.
-diagnosis::ValveWeights fit_weights(const std::vector<Judged>& simulated,
-                                    const std::vector<LabelledWindow>& windows, bool at_once,
-                                    const std::string& without, double prior) {
-  std::vector<LogisticRow> rows;
-  std::array<std::vector<std::size_t>, 2> of_class;
-  for (const Judged& j : simulated) {
-    if (j.labelled.cause == Cause::backlash || !j.diagnosis.judged()) continue;
-    // A loop of unknown kind may be of any kind.
-    if (!at_once && j.diagnosis.follows == diagnosis::Follows::at_once) continue;
-    const bool sticky = j.labelled.cause == Cause::stiction;
-    of_class[sticky ? 1 : 0].push_back(rows.size());
-    rows.push_back({.x = diagnosis::terms_of(j.diagnosis.evidence), .positive = sticky});
-  }
-  const double of_simulated = at_once ? prior : 1.0;
-  for (const auto& members : of_class) {
-    for (const std::size_t i : members) {
-      rows[i].weight = of_simulated / static_cast<double>(members.size());
-    }
-  }
-  std::map<std::string, double> of_loop;
-  std::array<std::map<std::string, bool>, 2> loops;
-  const auto counts = [&](const LabelledWindow& w) {
-    return at_once && w.label.plant != without && w.diagnosis.judged() && w.at_once();
+// Prints the weights of the decision with the greatest likelihood on simulated loops. Sticky and
+// other loops have the same total weight.
+void print_weights(const std::vector<Judged>& simulated) {
+  using Limits = diagnosis::DiagnosisLimits;
+  std::array<double, 2> count{};
+  const auto counts = [](const Judged& j) {
+    return j.labelled.cause != Cause::backlash && j.diagnosis.judged();
   };
-  for (const LabelledWindow& w : windows) {
-    if (!counts(w)) continue;
-    of_loop[w.label.loop] += 1.0;
-    loops[w.label.sticky ? 1 : 0][w.label.loop] = true;
+  for (const Judged& j : simulated) {
+    if (counts(j)) count[j.labelled.cause == Cause::stiction ? 1 : 0] += 1.0;
   }
-  for (const LabelledWindow& w : windows) {
-    if (!counts(w)) continue;
-    rows.push_back({.x = diagnosis::terms_of(w.diagnosis.evidence),
-                    .positive = w.label.sticky,
-                    .weight = (1.0 - of_simulated) / of_loop[w.label.loop] /
-                              static_cast<double>(loops[w.label.sticky ? 1 : 0].size())});
+  std::vector<LogisticRow> rows;
+  for (const Judged& j : simulated) {
+    if (!counts(j)) continue;
+    const diagnosis::ValveEvidence& e = j.diagnosis.evidence;
+    const diagnosis::ReversalsBy by = e.reversals.by();
+    const bool travel = by == diagnosis::ReversalsBy::travel;
+    const bool external =
+        by == diagnosis::ReversalsBy::time || by == diagnosis::ReversalsBy::clockwork;
+    const bool sticky = j.labelled.cause == Cause::stiction;
+    rows.push_back({.x = {std::clamp(e.log_odds, Limits::kLeastNats, Limits::kMostNats),
+                          std::min(e.standing, Limits::kMostStanding), travel ? 1.0 : 0.0,
+                          external ? 1.0 : 0.0},
+                    .positive = sticky,
+                    .weight = 1.0 / count[sticky ? 1 : 0]});
   }
-  return fit_logistic(rows, kRidge, at_once ? kMostAtOnce : kUnbounded);
+  const ValveWeights w = fit_logistic(rows, kRidge);
+  fmt::print("kPrior {:.2f}, kPerNat {:.3f}, kPerStanding {:.2f}, kForTravel {:.2f}, "
+             "kAgainstTime {:.2f}\n",
+             w.base, w.per[0], w.per[1], w.per[2], -w.per[3]);
 }
 
-constexpr std::array kNames{"phase", "play", "standing", "Hammerstein"};
-diagnosis::ValveTerms numbers_of(const diagnosis::Diagnosis& d) {
-  return {d.evidence.phase, d.evidence.play, d.evidence.standing, d.evidence.hammerstein};
+constexpr std::array kNames{"log odds", "share", "standing", "explained"};
+using Numbers = std::array<double, kNames.size()>;
+Numbers numbers_of(const diagnosis::Diagnosis& d) {
+  return {d.evidence.log_odds, d.evidence.share, d.evidence.standing, d.evidence.explained};
 }
 
 struct LoopFigures {
@@ -389,20 +367,14 @@ struct LoopFigures {
   std::size_t windows_right = 0;
   std::size_t windows_decided = 0;
   std::size_t windows_decided_right = 0;
-  double left_out = 0.5;           // number of windows, as the next two
-  std::size_t left_out_right = 0;  // windows, and so the next two
-  std::size_t left_out_decided = 0;
-  std::size_t left_out_decided_right = 0;
-  std::size_t left_out_effects = 0;
-  std::size_t left_out_seen = 0;
   diagnosis::LoopVerdict verdict{};
-  diagnosis::ValveTerms numbers{};  // means over the windows
-  double log_loss() const { return -std::log(sticky ? left_out : 1.0 - left_out); }
-  bool left_out_found() const {
-    return left_out >= diagnosis::DiagnosisLimits::kDecidedFrom && left_out_effects > 0;
+  Numbers numbers{};  // means over the windows
+  bool found() const { return verdict.verdict == diagnosis::DiagnosisVerdict::valve_effect; }
+  double log_loss() const {
+    return -std::log(sticky ? verdict.probability : 1.0 - verdict.probability);
   }
   bool right() const {
-    return (verdict.verdict == diagnosis::DiagnosisVerdict::valve_effect) == sticky;
+    return found() == sticky;
   }
 };
 
@@ -413,7 +385,6 @@ std::vector<LoopFigures> by_loop(const std::vector<LabelledWindow>& windows) {
   for (const auto& [name, members] : grouped) {
     LoopFigures f{.name = name, .sticky = members.front()->label.sticky, .windows = members.size()};
     std::vector<diagnosis::Diagnosis> diagnoses;
-    double logits = 0.0;
     for (const LabelledWindow* w : members) {
       const auto verdict = w->diagnosis.verdict;
       const bool right = (verdict == diagnosis::DiagnosisVerdict::valve_effect) == f.sticky;
@@ -422,20 +393,12 @@ std::vector<LoopFigures> by_loop(const std::vector<LabelledWindow>& windows) {
       f.windows_right += right ? 1U : 0U;
       f.windows_decided += decided ? 1U : 0U;
       f.windows_decided_right += decided && right ? 1U : 0U;
-      logits += diagnosis::logit(w->left_out.probability);
-      const bool left_right = (w->left_out.grade != diagnosis::Grade::none) == f.sticky;
-      f.left_out_right += left_right ? 1U : 0U;
-      f.left_out_effects += w->left_out.grade != diagnosis::Grade::none ? 1U : 0U;
-      f.left_out_seen += w->left_out.grade == diagnosis::Grade::seen ? 1U : 0U;
-      f.left_out_decided += w->left_out.undecided ? 0U : 1U;
-      f.left_out_decided_right += !w->left_out.undecided && left_right ? 1U : 0U;
-      const diagnosis::ValveTerms x = numbers_of(w->diagnosis);
+      const Numbers x = numbers_of(w->diagnosis);
       for (std::size_t i = 0; i < x.size(); ++i) {
         f.numbers[i] += x[i] / static_cast<double>(members.size());
       }
       diagnoses.push_back(w->diagnosis);
     }
-    f.left_out = diagnosis::from_logit(logits / static_cast<double>(members.size()));
     f.verdict = diagnosis::judge_loop(diagnoses);
     loops.push_back(f);
   }
@@ -463,21 +426,6 @@ void print_share(const char* what, const std::vector<LoopFigures>& loops,
              interval.low, interval.high);
 }
 
-void judge_without_own_plant(std::vector<LabelledWindow>& windows,
-                             const std::vector<Judged>& simulated, double prior) {
-  std::map<std::string, diagnosis::ValveWeights> without;
-  for (const LabelledWindow& w : windows) {
-    if (w.at_once() && !without.contains(w.label.plant)) {
-      without[w.label.plant] = fit_weights(simulated, windows, true, w.label.plant, prior);
-    }
-  }
-  const diagnosis::ValveWeights later = fit_weights(simulated, windows, false, "", prior);
-  for (LabelledWindow& w : windows) {
-    w.left_out = diagnosis::decide(w.diagnosis.evidence, w.diagnosis.follows,
-                                   w.at_once() ? without[w.label.plant] : later);
-  }
-}
-
 // Prints the share of sticky loops among those whose p is within each fifth. All windows of a loop
 // count as one loop.
 void print_reliability(const std::vector<double>& stated, const std::vector<bool>& sticky) {
@@ -493,30 +441,7 @@ void print_reliability(const std::vector<double>& stated, const std::vector<bool
   }
 }
 
-int write_weights(const StudyOptions& options) {
-  const std::vector<LabelledWindow> windows = read_windows(options.records);
-  const std::vector<Judged> simulated = judge_cases(options, options.seed, "diagnose");
-  const auto line = [&](const char* name, bool at_once) {
-    const diagnosis::ValveWeights w = fit_weights(simulated, windows, at_once, "", options.prior);
-    return fmt::format("inline constexpr ValveWeights {}{{.base = {:.2f}, .per = {{{:.2f}}}}};\n",
-                       name, w.base, fmt::join(w.per, ", "));
-  };
-  workbench::write_output(options.weights,
-                          fmt::format("// SPDX-License-Identifier: Apache-2.0\n"
-                                      "// Written by `loopwarden-study diagnose --records {} "
-                                      "--weights FILE --cases {} --seed {}`;\n"
-                                      "// not edited by hand.\n"
-                                      "#pragma once\n\n"
-                                      "#include \"model/diagnosis/decision.hpp\"\n\n"
-                                      "namespace loopwarden::diagnosis {{\n\n{}{}\n"
-                                      "}}  // namespace loopwarden::diagnosis\n",
-                                      fmt::join(options.records, " "), options.cases, options.seed,
-                                      line("kAtOnce", true), line("kLater", false)));
-  return kExitOk;
-}
-
-// `refit`: left_out is from weights that were fitted without the plant.
-void print_json(const std::vector<LabelledWindow>& windows, bool refit) {
+void print_json(const std::vector<LabelledWindow>& windows) {
   nlohmann::json records = nlohmann::json::array();
   for (const LabelledWindow& w : windows) {
     const diagnosis::Diagnosis& d = w.diagnosis;
@@ -527,7 +452,6 @@ void print_json(const std::vector<LabelledWindow>& windows, bool refit) {
                        {"grade", to_text(d.grade)},
                        {"cause", to_text(d.cause)},
                        {"probability", d.probability}});
-    if (refit) records.back()["left_out"] = w.left_out.probability;
   }
   nlohmann::json loops = nlohmann::json::array();
   for (const LoopFigures& f : by_loop(windows)) {
@@ -537,16 +461,13 @@ void print_json(const std::vector<LabelledWindow>& windows, bool refit) {
                      {"windows_right", f.windows_right},
                      {"verdict", to_text(f.verdict.verdict)},
                      {"probability", f.verdict.probability}});
-    if (refit) loops.back()["left_out"] = f.left_out;
   }
   const nlohmann::json result = {{"records", std::move(records)}, {"loops", std::move(loops)}};
   fmt::print("{}\n", result.dump(2));
 }
 
 int judge_records(const StudyOptions& options) {
-  std::vector<LabelledWindow> windows = read_windows(options.records);
-  if (options.refit)
-    judge_without_own_plant(windows, judge_cases(options, options.seed, "refit"), options.prior);
+  const std::vector<LabelledWindow> windows = read_windows(options.records);
   if (!options.evidence.empty()) {
     std::ostringstream file;
     file << "file,loop,sticky," << kEvidenceColumns;
@@ -557,18 +478,18 @@ int judge_records(const StudyOptions& options) {
     workbench::write_output(options.evidence, file.str());
   }
   if (options.json) {
-    print_json(windows, options.refit);
+    print_json(windows);
     return kExitOk;
   }
   fmt::print("{:<12} {:<7} {:<6} {:<15} {:<6} {:<11} {:>6} {:>6} {:>6} {:>6}\n", "record", "loop",
-             "sticky", "verdict", "grade", "cause", "ph", "pl", "A", "p");
+             "sticky", "verdict", "grade", "cause", "nats", "share", "stands", "p");
   for (const LabelledWindow& w : windows) {
     const diagnosis::Diagnosis& d = w.diagnosis;
     const bool called = d.verdict == diagnosis::DiagnosisVerdict::valve_effect;
-    fmt::print("{:<12} {:<7} {:<6} {:<15} {:<6} {:<11} {:>6.2f} {:>6.2f} {:>6.3f} {:>6.2f}{}\n",
+    fmt::print("{:<12} {:<7} {:<6} {:<15} {:<6} {:<11} {:>6.1f} {:>6.2f} {:>6.2f} {:>6.2f}{}\n",
                w.label.file, w.label.loop, w.label.sticky ? "yes" : "no", to_text(d.verdict),
-               to_text(d.grade), to_text(d.cause), d.evidence.phase, d.evidence.play,
-               d.evidence.hammerstein, d.probability, called == w.label.sticky ? "" : "  wrong");
+               to_text(d.grade), to_text(d.cause), d.evidence.log_odds, d.evidence.share,
+               d.evidence.standing, d.probability, called == w.label.sticky ? "" : "  wrong");
   }
   const std::vector<LoopFigures> loops = by_loop(windows);
   fmt::print("\n");
@@ -587,7 +508,6 @@ int judge_records(const StudyOptions& options) {
               &LoopFigures::windows_decided);
   std::size_t loops_right = 0;
   Share decided;
-  Share left_out_right;
   Share found;
   Share accused;
   Share seen;
@@ -597,39 +517,28 @@ int judge_records(const StudyOptions& options) {
   for (const LoopFigures& f : loops) {
     loops_right += f.right() ? 1U : 0U;
     if (f.verdict.verdict != diagnosis::DiagnosisVerdict::cant_tell) decided.count(f.right());
-    left_out_right.count(f.left_out_found() == f.sticky);
-    (f.sticky ? found : accused).count(f.left_out_found());
-    if (f.left_out_found()) {
-      (2 * f.left_out_seen >= f.left_out_effects ? seen : likely).count(f.sticky);
+    (f.sticky ? found : accused).count(f.found());
+    if (f.found()) {
+      (f.verdict.grade == diagnosis::Grade::seen ? seen : likely).count(f.sticky);
     }
-    stated.push_back(options.refit ? f.left_out : f.verdict.probability);
+    stated.push_back(f.verdict.probability);
     sticky.push_back(f.sticky);
   }
   fmt::print("loops right, as answered {} of {}; of the decided {} of {}\n", loops_right,
              loops.size(), decided.hits, decided.of);
   std::vector<std::size_t> all(loops.size());
   std::iota(all.begin(), all.end(), std::size_t{0});
-  if (options.refit) {
-    fmt::print("\nwith weights fitted without the plant judged:\n");
-    print_share("windows right, as answered", loops, &LoopFigures::left_out_right,
-                &LoopFigures::windows);
-    print_share("windows right, of the decided", loops, &LoopFigures::left_out_decided_right,
-                &LoopFigures::left_out_decided);
-    const auto mean_loss = [&loops](std::span<const std::size_t> drawn) {
-      double sum = 0.0;
-      for (const std::size_t i : drawn) sum += loops[i].log_loss();
-      return sum / static_cast<double>(drawn.size());
-    };
-    const BootstrapInterval loss = bootstrap(loops.size(), 1, mean_loss);
-    fmt::print("loops right, as answered {} of {}\n", left_out_right.hits, left_out_right.of);
-    fmt::print(
-        "sticky loops found {}, others accused {}; right of those at seen {}, at likely {}\n",
-        found.text(), accused.text(), seen.text(), likely.text());
-    fmt::print("log-loss by loop {:.3f} (95 % interval {:.3f} to {:.3f}; a coin 0.693)\n",
-               mean_loss(all), loss.low, loss.high);
-  }
-  fmt::print("\nprobability of a valve effect, stated{}; sticky loops\n",
-             options.refit ? " by weights fitted without the plant" : "");
+  const auto mean_loss = [&loops](std::span<const std::size_t> drawn) {
+    double sum = 0.0;
+    for (const std::size_t i : drawn) sum += loops[i].log_loss();
+    return sum / static_cast<double>(drawn.size());
+  };
+  const BootstrapInterval loss = bootstrap(loops.size(), 1, mean_loss);
+  fmt::print("sticky loops found {}, others accused {}; right of those at seen {}, at likely {}\n",
+             found.text(), accused.text(), seen.text(), likely.text());
+  fmt::print("log-loss by loop {:.3f} (95 % interval {:.3f} to {:.3f}; a coin 0.693)\n",
+             mean_loss(all), loss.low, loss.high);
+  fmt::print("\nprobability of a valve effect, stated; sticky loops\n");
   print_reliability(stated, sticky);
   fmt::print("\n");
   for (std::size_t i = 0; i < kNames.size(); ++i) {
@@ -677,7 +586,7 @@ Evidence all_evidence(const diagnosis::Features& features, const diagnosis::Diag
              .loop = {},
              .kind = kind,
              .sticky = sticky};
-  const diagnosis::ValveTerms numbers = numbers_of(d);
+  const Numbers numbers = numbers_of(d);
   e.numbers.insert(e.numbers.end(), numbers.begin(), numbers.end());
   return e;
 }
@@ -710,7 +619,7 @@ void write_all_evidence(const std::string& path, const std::vector<Evidence>& si
   std::ostringstream file;
   file << "plant,loop,kind,sticky";
   for (std::size_t i = 0; i < diagnosis::kFeatures; ++i) file << ",f" << i;
-  file << ",phase,play,standing,A\n";
+  file << fmt::format(",{}\n", fmt::join(kNames, ","));
   for (const auto* windows : {&simulated, &measured}) {
     for (const Evidence& e : *windows) {
       file << fmt::format("{},{},{},{},{:.5g}\n", e.plant.empty() ? "simulated" : e.plant, e.loop,
@@ -736,8 +645,9 @@ void compare_populations(const std::vector<Judged>& simulated,
     if (!w.diagnosis.judged()) continue;
     // Analysers measure a concentration.
     const std::string kind = w.label.kind == "concentration" ? "analyser" : w.label.kind;
-    measured.push_back(all_evidence(diagnosis::find_features(w.diagnosis.prepared).features,
-                                    w.diagnosis, kind, w.label.sticky));
+    measured.push_back(
+        all_evidence(diagnosis::find_features(w.diagnosis.prepared, w.diagnosis.evidence),
+                     w.diagnosis, kind, w.label.sticky));
     measured.back().plant = w.label.plant;
     measured.back().loop = w.label.loop;
     kinds.insert(kind);
@@ -879,14 +789,15 @@ int save_cases(const StudyOptions& options) {
 int run_study(const StudyOptions& options) {
   try {
     if (!options.gap_examples.empty()) return judge_gap_examples(options);
-    if (!options.weights.empty()) return write_weights(options);
     if (options.compare_too) return compare(options);
     if (!options.records.empty()) return judge_records(options);
     if (!options.save.empty()) return save_cases(options);
     if (!options.train.empty()) return train_table(options);
     const std::vector<Judged> judged = judge_cases(options, options.seed, "diagnose");
     if (!options.evidence.empty()) write_evidence(options.evidence, judged);
-    if (options.json) {
+    if (options.weights) {
+      print_weights(judged);
+    } else if (options.json) {
       nlohmann::json cases = nlohmann::json::array();
       for (const Judged& j : judged) cases.push_back(as_json(j));
       fmt::print("{}\n", cases.dump(2));
@@ -919,18 +830,9 @@ void add_diagnose(CLI::App& app, int& exit_code) {
   sub->add_option("--gap-examples", options->gap_examples,
                   "folders with truth.json and the records it names, instead: valve effects found, "
                   "and false alarms if the truth is another effect");
-  sub->add_option("--weights", options->weights,
-                  "fit the weights of the decision to simulated loops and the records, and write "
-                  "them here")
-      ->needs(records);
-  sub->add_option("--prior", options->prior,
-                  "share of the simulated loops in what the weights are fitted to")
-      ->check(CLI::Range(0.0, 1.0))
-      ->needs(records);
-  sub->add_flag("--refit", options->refit,
-                "judge each record by weights fitted to simulated loops and the other plants' "
-                "records, too")
-      ->needs(records);
+  sub->add_flag("--weights", options->weights,
+                "print the weights of the decision that fit the simulated loops best, instead")
+      ->excludes(records);
   sub->add_flag("--unknown-kind", options->unknown_kind,
                 "withhold the kind of the simulated loops");
   sub->add_option("--evidence", options->evidence,

@@ -10,26 +10,24 @@ namespace loopwarden::lab {
 namespace {
 
 // Spread of the terms, so that the ridge affects them equally.
-constexpr diagnosis::ValveTerms kNumberSpread{3.0, 0.5, 0.25, 0.3};
+constexpr ValveTerms kNumberSpread{10.0, 0.25, 0.4, 0.4};
 constexpr std::size_t kDescentSteps = 4000;
 constexpr double kDescentStep = 0.5;
 constexpr std::size_t kResamples = 2000;
 
 }  // namespace
 
-diagnosis::ValveWeights fit_logistic(std::span<const LogisticRow> rows, double ridge,
-                                     const diagnosis::ValveTerms& most) {
-  diagnosis::ValveWeights fit;
+ValveWeights fit_logistic(std::span<const LogisticRow> rows, double ridge) {
+  ValveWeights fit;
   double total = 0.0;
   for (const LogisticRow& row : rows) total += row.weight;
   if (total <= 0.0) return fit;
-  // Projected gradient descent on scaled numbers: small, convex, and the weights stay within their
-  // bounds.
-  diagnosis::ValveTerms scaled{};
+  // Gradient descent on scaled terms: small and convex.
+  ValveTerms scaled{};
   const double count = static_cast<double>(rows.size());
   for (std::size_t step = 0; step < kDescentSteps; ++step) {
     double base_slope = 0.0;
-    diagnosis::ValveTerms slope{};
+    ValveTerms slope{};
     for (const LogisticRow& row : rows) {
       double z = fit.base;
       for (std::size_t i = 0; i < scaled.size(); ++i) z += scaled[i] * row.x[i] / kNumberSpread[i];
@@ -40,8 +38,7 @@ diagnosis::ValveWeights fit_logistic(std::span<const LogisticRow> rows, double r
     }
     fit.base += kDescentStep * base_slope;
     for (std::size_t i = 0; i < scaled.size(); ++i) {
-      scaled[i] = std::clamp(scaled[i] + kDescentStep * (slope[i] - ridge / count * scaled[i]), 0.0,
-                             most[i] * kNumberSpread[i]);
+      scaled[i] += kDescentStep * (slope[i] - ridge / count * scaled[i]);
     }
   }
   for (std::size_t i = 0; i < scaled.size(); ++i) fit.per[i] = scaled[i] / kNumberSpread[i];

@@ -3,26 +3,30 @@
 // bootstrap intervals over loops.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <span>
 #include <vector>
 
-#include "model/diagnosis/decision.hpp"
-
 namespace loopwarden::lab {
 
+// Terms of the decision (model/diagnosis/decision.hpp): log odds of a band, standing, CO turns by
+// travel, CO turns by time.
+using ValveTerms = std::array<double, 4>;
+struct ValveWeights {
+  double base = 0.0;
+  ValveTerms per{};
+};
 struct LogisticRow {
-  diagnosis::ValveTerms x{};
+  ValveTerms x{};
   bool positive = false;
   double weight = 1.0;
 };
-// Maximises the likelihood minus ridge/2 times the squared weights of the numbers, scaled by their
-// usual spread. The weights are between 0 and `most`. The rows' weights are scaled to a mean of 1.
-inline constexpr diagnosis::ValveTerms kUnbounded{1e3, 1e3, 1e3, 1e3};
-diagnosis::ValveWeights fit_logistic(std::span<const LogisticRow> rows, double ridge,
-                                     const diagnosis::ValveTerms& most = kUnbounded);
+// Maximises the likelihood minus ridge/2 times the squared weights of the terms, scaled by their
+// usual spread. The rows' weights are scaled to a mean of 1.
+ValveWeights fit_logistic(std::span<const LogisticRow> rows, double ridge);
 
 // Returns the share of pairs that a score puts in the right order; ties count half; 0.5 without
 // pairs.

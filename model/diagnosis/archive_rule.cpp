@@ -19,13 +19,6 @@ double moves(std::span<const double> x) {
   return high - numeric::quantile_in_place(known, 0.05);
 }
 
-bool made_by_holding(DiagnosisVerdict verdict, const Diagnosis& d, const Archived& archived) {
-  const bool held = archived.pv.kind == analysis::ArchiveKind::exception ||
-                    archived.co.kind == analysis::ArchiveKind::exception;
-  const bool play_shows_it = d.follows == Follows::at_once && d.evidence.play > 0.0;
-  return verdict == DiagnosisVerdict::valve_effect && held && !play_shows_it;
-}
-
 }  // namespace
 
 double sees_from(std::span<const double> pv, std::span<const double> co, const Archived& archived) {
@@ -53,22 +46,20 @@ bool hidden(DiagnosisVerdict verdict, Cause cause, double size, double sees_from
                     sees_from_co > Limits::kHideShareOfMoves * co_moves);
 }
 
-void mind_archive(Diagnosis& d, const Archived& archived, double sees_from_co, double co_span) {
-  if (!hidden(d.verdict, d.cause, d.s, sees_from_co, moves(d.prepared.raw_co), co_span) &&
-      !made_by_holding(d.verdict, d, archived))
-    return;
+void mind_archive(Diagnosis& d, double sees_from_co, double co_span) {
+  if (!hidden(d.verdict, d.cause, d.s, sees_from_co, moves(d.prepared.raw_co), co_span)) return;
   d.verdict = DiagnosisVerdict::cant_tell;
   d.grade = Grade::none;
   d.reason = kHiddenReason;
   d.settle = kHiddenSettle;
 }
 
-void mind_archive(LoopVerdict& verdict, const Diagnosis& like, const Archived& archived,
-                  double sees_from_co, double co_span) {
+void mind_archive(LoopVerdict& verdict, const Diagnosis& like, double sees_from_co,
+                  double co_span) {
   if (!hidden(verdict.verdict, verdict.cause, like.s, sees_from_co, moves(like.prepared.raw_co),
-              co_span) &&
-      !made_by_holding(verdict.verdict, like, archived))
+              co_span)) {
     return;
+  }
   verdict.verdict = DiagnosisVerdict::cant_tell;
   verdict.grade = Grade::none;
   verdict.reason = kHiddenReason;

@@ -8,8 +8,6 @@
 // movement, and a narrower one is invisible. The verdict then becomes:
 //
 //   a valve effect smaller than that                                         can't tell
-//   by exception: a valve effect that the play fit does not show             can't tell
-//     (a held value is like a small sticking valve: step by step it predicts PV better)
 //   healthy, or another cause, if a band of 3 % of the span, or of three
 //   tenths of CO's range, could hide                                         can't tell
 //
@@ -39,11 +37,10 @@ double sees_from(std::span<const double> pv, std::span<const double> co, const A
 // effect. `co_moves`: range of CO, 5 to 95 %.
 bool hidden(DiagnosisVerdict verdict, Cause cause, double size, double sees_from, double co_moves,
             double co_span);
-void mind_archive(Diagnosis& diagnosis, const Archived& archived, double sees_from, double co_span);
+void mind_archive(Diagnosis& diagnosis, double sees_from, double co_span);
 // Limits the verdict of all windows in the same way: an effect that the archive hides in the
 // windows is hidden from their common verdict too. `like`: the window that represents the loop.
-void mind_archive(LoopVerdict& verdict, const Diagnosis& like, const Archived& archived,
-                  double sees_from, double co_span);
+void mind_archive(LoopVerdict& verdict, const Diagnosis& like, double sees_from, double co_span);
 
 // The reason and the remedy in that case.
 inline constexpr const char* kHiddenReason =

@@ -3,13 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
 #include <vector>
 
-#include "model/diagnosis/correlation.hpp"
+#include "model/diagnosis/features.hpp"
 #include "model/diagnosis/limits.hpp"
-#include "model/diagnosis/odd_phase.hpp"
 #include "model/diagnosis/hold_evidence.hpp"
+#include "model/diagnosis/time_scales.hpp"
 #include "model/numeric/statistics.hpp"
 #include "model/numeric/enum_name.hpp"
 
@@ -24,54 +23,9 @@ bool cycles(const Prepared& p) {
          (oscillates(p.pv_oscillation) || oscillates(p.co_oscillation));
 }
 
-Follows follows_of(const Diagnosis& d) {
-  if (d.loop_type == LoopType::temperature) return Follows::slowly;
-  if (d.loop_type == LoopType::level ||
-      (d.loop_type == LoopType::unknown && d.prepared.integrates)) {
-    return Follows::by_integration;
-  }
-  return Follows::at_once;
-}
-
-// PV and CO while SP rests: the part of each hold after its first quarter, about its own mean.
-// Empty if SP does not step, if the holds are less than half of the record, or if CO hardly moves
-// in them.
-struct Holds {
-  Series pv, co;
-};
-
-Holds between_steps(const Prepared& p) {
-  Holds holds;
-  const Series& sp = p.raw_sp;
-  bool steps = false;
-  const auto append = [](Series& to, const Series& x, std::size_t from, std::size_t end) {
-    const std::span<const double> part(x.data() + from, end - from);
-    const double mean = numeric::mean(part);
-    for (const double v : part) to.push_back(v - mean);
-  };
-  for (std::size_t from = 0; from < sp.size();) {
-    std::size_t to = from + 1;
-    while (to < sp.size() && sp[to] == sp[from]) ++to;
-    steps |= from > 0;
-    if (to - from >= Limits::kLeastHold) {
-      const std::size_t settled = from + (from > 0 ? (to - from) / 4 : 0);
-      append(holds.pv, p.raw_pv, settled, to);
-      append(holds.co, p.raw_co, settled, to);
-    }
-    from = to;
-  }
-  if (!steps || 2 * holds.pv.size() < sp.size() ||
-      numeric::deviation(holds.co) < Limits::kMovesInHolds * numeric::deviation(p.raw_co)) {
-    return {};
-  }
-  return holds;
-}
-
 void measure(Diagnosis& d) {
-  d.follows = follows_of(d);
-  const Holds holds = d.follows == Follows::at_once ? between_steps(d.prepared) : Holds{};
-  const Series& pv = holds.pv.empty() ? d.prepared.raw_pv : holds.pv;
-  const Series& co = holds.co.empty() ? d.prepared.raw_co : holds.co;
+  const Series& pv = d.prepared.raw_pv;
+  const Series& co = d.prepared.raw_co;
   // Set points that move hide a cycle that is shorter than they are.
   const double moves = movement_period(co, pv);
   const double cycle = d.prepared.period * static_cast<double>(d.prepared.factor);
@@ -82,22 +36,12 @@ void measure(Diagnosis& d) {
   const double blocks = period / static_cast<double>(factor);
   const Series pv_blocks = block_means(pv, factor);
   const Series co_blocks = block_means(co, factor);
-  const TimeScales pv_scales = three_time_scales(pv_blocks, blocks);
-  const TimeScales co_scales = three_time_scales(co_blocks, blocks);
-  d.play = fit_play(pv_scales, co_scales, blocks);
-  const ControllerFit controller =
-      fit_controller(d.prepared.error, d.prepared.output, d.prepared.period);
-  d.hammerstein =
-      fit_hammerstein(d.prepared.raw_pv, d.prepared.raw_co,
-                      controller.fit > Limits::kControllerKnown ? controller.action : 0.0);
-  d.evidence = {.phase = odd_phase_evidence(pv_scales, co_scales, blocks),
-                .play = d.play.evidence,
-                .hammerstein = d.hammerstein.evidence,
-                .parts_for = d.hammerstein.parts_for,
+  d.band = estimator::find_band(pv, co, moves);
+  d.evidence = {.log_odds = d.band.log_odds,
+                .share = d.band.share,
+                .explained = d.band.explained,
                 .standing = hold_evidence(pv_blocks, co_blocks, blocks),
-                .relation = d.play.play_r2,
-                .reversals = find_reversals(
-                    three_time_scales(block_means(d.prepared.raw_co, factor), blocks)[1])};
+                .reversals = find_reversals(three_time_scales(co_blocks, blocks)[1])};
 }
 
 // Returns whether the set point swings with PV's own period, and PV with it: the cause is the
@@ -110,32 +54,19 @@ bool master_swings(const Prepared& p) {
          std::abs(sp.oscillation.period / pv.oscillation.period - 1.0) < Limits::kSamePeriod;
 }
 
-// The size of the band is the geometric mean of the fit in free run (too small: it trades band for
-// dead time) and the range of CO (too large: CO overshoots), then of that and the fit one step
-// ahead (too small: noise rounds its corners).
+// Names stiction or backlash, and the size.
 void name_valve_effect(Diagnosis& d) {
-  const FeaturesAndFit findings = find_features(d.prepared);
-  const CauseProbabilities p = weigh(findings.features);
+  const CauseProbabilities p = weigh(find_features(d.prepared, d.evidence));
   const double stiction = p[static_cast<std::size_t>(Cause::stiction)];
   const double backlash = p[static_cast<std::size_t>(Cause::backlash)];
-  // With backlash, PV moves on after the band is crossed. With stiction it jumps and rests again.
-  const double moves_on = d.evidence.standing > Limits::kStandsFrom ? 1.0 : Limits::kNoJumpOdds;
-  d.stiction_share = stiction / std::max(stiction + moves_on * backlash, 1e-12);
+  d.stiction_share = stiction / std::max(stiction + backlash, 1e-12);
   const bool sticks = d.stiction_share >= 0.5;
   d.cause = sticks ? Cause::stiction : Cause::backlash;
   const double other = sticks ? 1.0 - d.stiction_share : d.stiction_share;
   if (other >= Limits::kAlternative) d.alternative = sticks ? Cause::backlash : Cause::stiction;
-  const ValveFit& fit = findings.fit;
-  d.integrating = fit.integrating_gain > 0.0;
-  const double fitted = sticks ? fit.s : fit.backlash_deadband;
-  const double free_run = std::sqrt(fitted * fit.output_range);
-  d.s = d.hammerstein.band > 0.0 ? Limits::kSizeScale * std::sqrt(free_run * d.hammerstein.band)
-                                 : free_run;
-  if (sticks && fit.s > 0.0) d.j = d.s * fit.j / fit.s;
-  const double factor =
-      d.grade == Grade::seen ? Limits::kSizeFactorSeen : Limits::kSizeFactorLikely;
-  d.s_low = d.s / factor;
-  d.s_high = d.s * factor;
+  d.s = Limits::kSizeScale * d.band.band;
+  d.s_low = d.s / Limits::kSizeFactor;
+  d.s_high = d.s * Limits::kSizeFactor;
   // The cycle of a valve need not repeat from one period to the next.
   d.oscillating |= d.prepared.pv_oscillation.regularity > Limits::kRegular ||
                    d.prepared.co_oscillation.regularity > Limits::kRegular;
@@ -147,9 +78,7 @@ void name_other_cause(Diagnosis& d) {
     d.cause = Cause::master_loop;
     return;
   }
-  const FeaturesAndFit findings = find_features(d.prepared);
-  const CauseProbabilities p = weigh(findings.features);
-  d.integrating = findings.fit.integrating_gain > 0.0;
+  const CauseProbabilities p = weigh(find_features(d.prepared, d.evidence));
   const auto others = {Cause::tuning, Cause::disturbance, Cause::saturation};
   d.cause = *std::max_element(others.begin(), others.end(), [&p](Cause a, Cause b) {
     return p[static_cast<std::size_t>(a)] < p[static_cast<std::size_t>(b)];
@@ -163,18 +92,7 @@ void conclude(Diagnosis& d) {
   d.reason.clear();
   d.settle.clear();
   d.oscillating = cycles(d.prepared);
-  ValveDecision decision = decide(d.evidence, d.follows);
-  // Undecided, without gain step by step: the shapes of the cycles may exclude a valve effect, but
-  // never name one.
-  if (decision.undecided && d.follows == Follows::at_once && d.evidence.hammerstein <= 0.0) {
-    const CauseProbabilities p = weigh(find_features(d.prepared).features);
-    const double by_shape =
-        p[static_cast<std::size_t>(Cause::stiction)] + p[static_cast<std::size_t>(Cause::backlash)];
-    if (by_shape < Limits::kShapesExclude) {
-      decision = ValveDecision{};
-      decision.probability = std::max(by_shape, Limits::kLeastProbability);
-    }
-  }
+  const ValveDecision decision = decide(d.evidence);
   d.probability = decision.probability;
   d.grade = decision.grade;
   if (decision.grade != Grade::none) {

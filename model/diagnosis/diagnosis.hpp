@@ -3,11 +3,6 @@
 // preparation and gates, the evidence on the valve, the decision (decision.hpp), and the other
 // possible causes.
 //
-// If PV follows CO at once and SP steps, phase, play and standing are taken between the steps. A
-// step carries PV and CO along together, whatever the valve does. From each hold of 120 samples or
-// more, the part after its first quarter is used. The whole record is used if the holds are less
-// than half of it, or CO hardly moves in them.
-//
 // A loop with several windows gets one verdict: the mean of the windows' logits decides, so a
 // single odd window does not.
 //
@@ -20,11 +15,9 @@
 
 #include "model/diagnosis/classifier.hpp"
 #include "model/diagnosis/decision.hpp"
-#include "model/diagnosis/hammerstein.hpp"
 #include "model/diagnosis/loop_type.hpp"
-#include "model/diagnosis/play_fit.hpp"
 #include "model/diagnosis/preparation.hpp"
-#include "model/diagnosis/valve_fit.hpp"
+#include "model/estimator/band.hpp"
 
 namespace loopwarden::diagnosis {
 
@@ -43,19 +36,15 @@ struct Diagnosis {
   std::string reason;  // why there is no verdict on the valve: not_enough_data, cant_tell, gates
   std::string settle;  // the remedy
   LoopType loop_type = LoopType::unknown;
-  Follows follows = Follows::at_once;
   double probability = 0.5;  // of a valve effect
   ValveEvidence evidence;
-  PlayFit play;
-  Hammerstein hammerstein;
+  estimator::BandEvidence band;
   Cause cause = Cause::none;        // the effect, or the cause of the oscillation
   Cause alternative = Cause::none;  // the other valve effect, if it can't be excluded
   double stiction_share = 1.0;      // of `probability`
   bool oscillating = false;
   double period_s = 0.0;  // 0 if not oscillating
-  bool integrating = false;
   double s = 0.0;      // CO units, of a valve effect: band of the stiction or the backlash
-  double j = 0.0;      // CO units, slip jump
   double s_low = 0.0;  // CO units, s is within them in nine of ten cases
   double s_high = 0.0;
   Prepared prepared;

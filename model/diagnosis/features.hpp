@@ -6,21 +6,16 @@
 #include <array>
 #include <cstddef>
 
+#include "model/diagnosis/decision.hpp"
 #include "model/diagnosis/preparation.hpp"
-#include "model/diagnosis/valve_fit.hpp"
 
 namespace loopwarden::diagnosis {
 
 // In the order of the classifier's table, which find_features() keeps.
-inline constexpr std::size_t kFeatures = 65;
+inline constexpr std::size_t kFeatures = 42;
 using Features = std::array<double, kFeatures>;
 
-struct FeaturesAndFit {
-  Features features{};
-  ValveFit fit;
-};
-
 // Returns the features. `prepared` must not have a refusal.
-FeaturesAndFit find_features(const Prepared& prepared);
+Features find_features(const Prepared& prepared, const ValveEvidence& evidence);
 
 }  // namespace loopwarden::diagnosis

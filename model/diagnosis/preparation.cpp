@@ -430,8 +430,6 @@ Prepared prepare(const numeric::LoopView& record) {
   if (p.set_point_active) {
     for (std::size_t k = 0; k < error.size(); ++k) error[k] -= sp[k];
   }
-  p.integrates = p.set_point_active && numeric::correlation(pv, sp) > Limits::kFollowsSetPoint &&
-                 std::abs(numeric::correlation(co, sp)) < Limits::kComesBack;
   p.raw_pv = pv;
   p.raw_co = co;
   p.raw_sp = sp;

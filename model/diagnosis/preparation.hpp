@@ -10,8 +10,7 @@
 //     moving mean of kWindowPeriods periods, upsets are cut back to 2.5 times the range from 5 to
 //     95 %, and both signals are scaled to a standard deviation of 1.
 //
-// The valve indicators (odd_phase.hpp, play_fit.hpp, hammerstein.hpp) use `raw_pv` and `raw_co`
-// without these changes.
+// The likelihood of a band (estimator/band.hpp) uses `raw_pv` and `raw_co` without these changes.
 //
 // Gates, each with its reason: too few samples, CO does not move (manual), and these, which name a
 // cause directly:
@@ -65,7 +64,6 @@ struct Prepared {
   std::size_t window = 0;         // of the moving mean, samples
   double co_scale = 1.0;          // CO units, standard deviation of CO after the high-pass
   bool set_point_active = false;  // an SP that moves and that PV follows
-  bool integrates = false;        // PV moved with SP, CO returned to its former value
   double share_at_limit = 0.0;    // of the samples before the cut, CO held by a limit
   std::size_t complete = 0;       // samples of the record with PV and CO
   std::size_t limited = 0;        // of these: CO at a limit, or at rest while PV is far from SP

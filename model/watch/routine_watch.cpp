@@ -52,7 +52,7 @@ RoutineWatch::Judgement judge_routine(const numeric::LoopView& record,
   diagnosis::Diagnosis found = diagnosis::diagnose(record);
   const double span = record.co_high - record.co_low;
   const double sees_from = diagnosis::sees_from(record.pv, record.co, source);
-  if (source.any()) diagnosis::mind_archive(found, source, sees_from, span);
+  if (source.any()) diagnosis::mind_archive(found, sees_from, span);
   RoutineWatch::Judgement judgement{
       .window_s = record.period_s * static_cast<double>(record.size()),
       .whole = found.prepared.used == record.pv.size(),

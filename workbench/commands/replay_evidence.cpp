@@ -114,15 +114,12 @@ void print_routine(const Evidence& e, const Judgement& now) {
   table.row("verdict on these samples", to_text(then.verdict), to_text(now.verdict));
   table.row("grade", to_text(then.grade), to_text(now.grade));
   table.row("probability of a valve effect", then.probability, now.probability);
-  table.row("phase", then.evidence.phase, now.evidence.phase);
-  table.row("play", then.evidence.play, now.evidence.play);
-  table.row("Hammerstein, nats a sample", then.evidence.hammerstein, now.evidence.hammerstein);
-  table.row("parts of the record in favour, %", 100.0 * then.evidence.parts_for,
-            100.0 * now.evidence.parts_for);
+  table.row("log odds of a band, nats", then.evidence.log_odds, now.evidence.log_odds);
+  table.row("band, % of CO's movement", 100.0 * then.evidence.share, 100.0 * now.evidence.share);
+  table.row("band explains of PV, %", 100.0 * then.evidence.explained,
+            100.0 * now.evidence.explained);
   table.row("PV rests, % of CO's moves", 100.0 * then.evidence.standing,
             100.0 * now.evidence.standing);
-  table.row("backlash explains of PV, %", 100.0 * then.evidence.relation,
-            100.0 * now.evidence.relation);
   table.row("CO turns by", to_text(then.evidence.reversals.by()),
             to_text(now.evidence.reversals.by()));
   table.row("severity, % of CO span", then.severity_percent, now.severity_percent);
@@ -134,11 +131,10 @@ void print_routine(const Evidence& e, const Judgement& now) {
 
 bool same(const Judgement& a, const Judgement& b) {
   return a.verdict == b.verdict && a.grade == b.grade && same(a.probability, b.probability) &&
-         same(a.evidence.phase, b.evidence.phase) && same(a.evidence.play, b.evidence.play) &&
-         same(a.evidence.hammerstein, b.evidence.hammerstein) &&
-         same(a.evidence.parts_for, b.evidence.parts_for) &&
+         same(a.evidence.log_odds, b.evidence.log_odds) &&
+         same(a.evidence.share, b.evidence.share) &&
+         same(a.evidence.explained, b.evidence.explained) &&
          same(a.evidence.standing, b.evidence.standing) &&
-         same(a.evidence.relation, b.evidence.relation) &&
          a.evidence.reversals.by() == b.evidence.reversals.by() &&
          (a.verdict != diagnosis::DiagnosisVerdict::valve_effect ||
           same(a.severity_percent, b.severity_percent));

@@ -18,7 +18,6 @@ namespace {
 
 using diagnosis::Diagnosis;
 using diagnosis::DiagnosisVerdict;
-using diagnosis::Grade;
 
 constexpr std::size_t kDeadTimes = 12;
 constexpr double kLongestDeadTime = 0.35;                     // of the movement's period
@@ -95,7 +94,7 @@ std::string diagnosis_page(const DiagnosedLoop& loop) {
     plane.lines.push_back({.name = "PV over CO", .x = p.raw_co, .y = p.raw_pv});
     Chart output{.title = "CO", .x_label = "s", .y_label = co_unit};
     output.lines.push_back({.name = "CO", .x = time, .y = p.raw_co});
-    const double band = d.grade == Grade::seen ? d.hammerstein.band : d.play.band;
+    const double band = d.band.band;
     if (d.verdict == DiagnosisVerdict::valve_effect && band > 0.0) {
       const ValveView view = valve_view(p.raw_pv, p.raw_co, band);
       output.lines.push_back({.name = "CO moves, the valve does not",

@@ -33,11 +33,6 @@ std::size_t stretch_length(const record::Record& r) {
       std::min({length, static_cast<double>(kMostSamples), static_cast<double>(r.size())}));
 }
 
-diagnosis::Archived archived_of(const DiagnosedLoop& loop, const DiagnosedWindow& window) {
-  const record::ImportNotes& notes = loop.imports[window.import];
-  return {notes.pv, notes.co};
-}
-
 }  // namespace
 
 std::vector<Stretch> stretches_of(const record::Record& r) {
@@ -73,7 +68,7 @@ diagnosis::LoopVerdict verdict_of(const DiagnosedLoop& loop,
   verdict.like += first;
   verdict.since += first;
   const DiagnosedWindow& like = loop.windows[verdict.like];
-  diagnosis::mind_archive(verdict, each[verdict.like], archived_of(loop, like), like.sees_from,
+  diagnosis::mind_archive(verdict, each[verdict.like], like.sees_from,
                           loop.co_range[1] - loop.co_range[0]);
   return verdict;
 }
@@ -85,8 +80,7 @@ std::vector<diagnosis::Diagnosis> judge_together(DiagnosedLoop& loop) {
   std::vector<diagnosis::Diagnosis> each;
   each.reserve(loop.windows.size());
   for (DiagnosedWindow& w : loop.windows) {
-    diagnosis::mind_archive(w.diagnosis, archived_of(loop, w), w.sees_from,
-                            loop.co_range[1] - loop.co_range[0]);
+    diagnosis::mind_archive(w.diagnosis, w.sees_from, loop.co_range[1] - loop.co_range[0]);
     each.push_back(w.diagnosis);
   }
   loop.verdict = verdict_of(loop, each, 0, each.size());

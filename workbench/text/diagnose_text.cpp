@@ -17,25 +17,19 @@ namespace {
 using diagnosis::Cause;
 using diagnosis::Diagnosis;
 using diagnosis::DiagnosisVerdict;
-using diagnosis::Follows;
 using diagnosis::Grade;
 
 // Returns the reasons for the verdict, with the figures of this record.
 std::string because(const Diagnosis& d) {
   switch (d.verdict) {
     case DiagnosisVerdict::valve_effect:
-      if (d.grade == Grade::seen) {
-        return fmt::format(
-            "PV rests during {:.0f} % of CO's moves, and CO reverses after a fixed travel (scatter "
-            "{:.0f} %), not after a fixed time (scatter {:.0f} %)",
-            100.0 * d.evidence.standing, 100.0 * d.evidence.reversals.travel_scatter,
-            100.0 * d.evidence.reversals.cycle_scatter);
-      }
       return fmt::format(
-          "{}backlash explains {:.0f} % of PV, a straight line {:.0f} %, and PV rests during "
-          "{:.0f} % of CO's moves; the reversals of CO do not prove a band, so test the valve",
-          d.evidence.phase > 0.0 ? "PV lags CO by about a quarter period; " : "",
-          100.0 * d.play.play_r2, 100.0 * d.play.linear_r2, 100.0 * d.evidence.standing);
+          "a band of {:.0f} % of CO's movement explains PV better than a smaller one or none ({:.0f} "
+          "nats), and PV rests during {:.0f} % of CO's moves{}",
+          100.0 * d.evidence.share, d.evidence.log_odds, 100.0 * d.evidence.standing,
+          d.evidence.reversals.by() == diagnosis::ReversalsBy::travel
+              ? "; CO reverses after a fixed travel"
+              : "");
     case DiagnosisVerdict::other_cause:
       switch (d.cause) {
         case Cause::master_loop: return "PV swings with its set point, at the same period";
@@ -58,26 +52,15 @@ std::string because(const Diagnosis& d) {
   return {};
 }
 
-// Returns the reasons against the verdict; may be empty.
+// Returns the reason against the verdict; may be empty.
 std::string against(const Diagnosis& d) {
-  if (!d.judged()) return {};
-  std::string text;
-  const auto add = [&text](const std::string& part) { text += (text.empty() ? "" : "; ") + part; };
-  const bool effect = d.verdict == DiagnosisVerdict::valve_effect;
-  const auto oppose = [&](bool vote, const char* for_valve, const char* against_valve) {
-    if (effect && !vote) add(against_valve);
-    if (!effect && d.verdict != DiagnosisVerdict::cant_tell && vote) add(for_valve);
-  };
-  if (d.follows == Follows::at_once) {
-    oppose(d.evidence.phase > 0.0, "PV lags CO by about a quarter period",
-           "PV moves in step with CO");
-    oppose(d.evidence.play > 0.0, "backlash explains PV better than a straight line",
-           "a straight line explains PV as well as backlash");
+  if (!d.judged() || d.verdict == DiagnosisVerdict::cant_tell) return {};
+  if (d.verdict != DiagnosisVerdict::valve_effect) {
+    return d.evidence.log_odds > 0.0 ? "a band explains PV slightly better than none" : "";
   }
-  oppose(d.evidence.hammerstein > diagnosis::DiagnosisLimits::kHammersteinVotes,
-         "a sticking valve predicts PV better step by step",
-         "a sticking valve does not predict PV better step by step");
-  return text;
+  return d.evidence.standing < diagnosis::DiagnosisLimits::kStandsFrom
+             ? "PV moves during most of CO's moves"
+             : "";
 }
 
 nlohmann::json effects_of(const Diagnosis& d, double probability, double span) {
@@ -86,7 +69,7 @@ nlohmann::json effects_of(const Diagnosis& d, double probability, double span) {
   nlohmann::json parameters;
   const bool sticks = d.cause == Cause::stiction;
   if (sticks) {
-    parameters = {{"s", d.s}, {"j", d.j}};
+    parameters = {{"s", d.s}};
   } else {
     parameters = {{"deadband", d.s}};
   }
@@ -126,17 +109,12 @@ nlohmann::json json_of(const Diagnosis& d, double probability, double span) {
       {"evidence", because(d)},
       {"against", or_null(against(d))},
       {"probability", nullptr},
-      {"votes", nullptr}};
+      {"band", nullptr}};
   if (!d.judged()) return result;
-  const auto vote = [](double value, double threshold) {
-    return nlohmann::json{
-        {"value", value}, {"threshold", threshold}, {"valve_effect", value > threshold}};
-  };
-  result["probability"] = probability;
-  result["votes"] = {
-      {"phase", vote(d.evidence.phase, 0.0)},
-      {"play", vote(d.evidence.play, 0.0)},
-      {"hammerstein", vote(d.evidence.hammerstein, diagnosis::DiagnosisLimits::kHammersteinVotes)}};
+  result["band"] = {{"log_odds", d.evidence.log_odds},
+                    {"co_units", d.band.band},
+                    {"share_of_movement", d.evidence.share},
+                    {"explained", d.evidence.explained}};
   result["standing"] = d.evidence.standing;
   const diagnosis::Reversals& reversals = d.evidence.reversals;
   result["turns"] = {{"by", to_text(reversals.by())},
@@ -178,14 +156,11 @@ diagnosis::SizeTrend trend_of(const DiagnosedLoop& loop) {
   return diagnosis::size_trend(windows);
 }
 
-std::string votes_line(const Diagnosis& d) {
-  const auto vote = [](bool yes) { return yes ? "valve" : "no"; };
+std::string band_line(const Diagnosis& d) {
   return fmt::format(
-      "votes: phase {:.2f} ({}), backlash {:.2f} ({}), Hammerstein {:.2f} ({}){}\n",
-      d.evidence.phase, vote(d.evidence.phase > 0.0), d.evidence.play, vote(d.evidence.play > 0.0),
-      d.evidence.hammerstein,
-      vote(d.evidence.hammerstein > diagnosis::DiagnosisLimits::kHammersteinVotes),
-      d.follows == Follows::at_once ? "" : "; only the last vote counts on such a loop");
+      "band of 30 % of CO's movement or more: {:+.1f} nats; PV rests during {:.0f} % of CO's "
+      "moves; CO reverses by {}\n",
+      d.evidence.log_odds, 100.0 * d.evidence.standing, to_text(d.evidence.reversals.by()));
 }
 
 }  // namespace
@@ -330,7 +305,7 @@ std::string diagnosis_text(const DiagnosedLoop& loop) {
     }
   }
   if (!d.judged()) return text;
-  text += votes_line(d);
+  text += band_line(d);
   if (d.loop_type != diagnosis::LoopType::unknown)
     text += fmt::format("kind of loop: {}\n", to_text(d.loop_type));
   text += d.oscillating ? fmt::format("oscillates with a period of {:.4g} s, {:.0f} periods\n",

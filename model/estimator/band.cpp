@@ -1,0 +1,417 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "model/estimator/band.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <vector>
+
+#include "model/numeric/lanes.hpp"
+#include "model/numeric/statistics.hpp"
+
+namespace loopwarden::estimator {
+namespace {
+
+using numeric::every;
+using numeric::kLanes;
+using numeric::Lanes;
+using Grid = BandGrid;
+using Doubles = std::vector<double>;
+
+constexpr std::size_t kLeastSamples = 50;
+constexpr std::size_t kBandCount = Grid::kBands.size();
+constexpr std::size_t kLongestDelay = Grid::kDelays.back();
+constexpr double kIntegration = 0.02;  // gain of the integrator per sample: floats stay near 1
+constexpr double kLeastMoved = 1e-3;   // power of a valve's response over that without a band
+constexpr double kNone = -std::numeric_limits<double>::infinity();
+
+// The filter that makes disturbance and noise white.
+struct ErrorModel {
+  double walk = 0.0;
+  double colour = 0.0;
+  double turn = 0.0;  // 2 cos of the angle per sample of an oscillating disturbance
+  bool oscillates = false;
+};
+
+std::vector<ErrorModel> error_models(double period) {
+  std::vector<ErrorModel> models;
+  for (const double walk : Grid::kWalks) {
+    for (const double colour : Grid::kColours) models.push_back({walk, colour});
+  }
+  if (period < 6.0) return models;
+  const double turn = 2.0 * std::cos(2.0 * std::numbers::pi / period);
+  for (const double walk : {0.06, 0.2, 0.85}) {
+    for (const double colour : {0.0, 0.5, 0.8}) models.push_back({walk, colour, turn, true});
+  }
+  return models;
+}
+
+// Filters one series, or four (N = Lanes).
+template <class N>
+void whiten(const std::vector<N>& x, const ErrorModel& model, std::vector<N>& out) {
+  const N keeps = every<N>(1.0 - model.walk);
+  const N colour = every<N>(model.colour);
+  const N zero = every<N>(0.0);
+  N last = x.front();
+  N before = zero;  // difference without the walk's own past
+  out.resize(x.size());
+  for (std::size_t k = 0; k < x.size(); ++k) {
+    const N now = x[k] - last + keeps * before;
+    out[k] = now - colour * before;
+    last = x[k];
+    before = now;
+  }
+  if (!model.oscillates) return;
+  const double zeros = Grid::kRadius * Grid::kDamping;
+  const N a1 = every<N>(Grid::kRadius * model.turn);
+  const N a2 = every<N>(Grid::kRadius * Grid::kRadius);
+  const N b1 = every<N>(zeros * model.turn);
+  const N b2 = every<N>(zeros * zeros);
+  N in1 = zero, in2 = zero, out1 = zero, out2 = zero;
+  for (N& value : out) {
+    const N filtered = value - a1 * in1 + a2 * in2 + b1 * out1 - b2 * out2;
+    in2 = in1;
+    in1 = value;
+    out2 = out1;
+    value = out1 = filtered;
+  }
+}
+
+// The response of the process of gain 1; `rest` is the input at which it rests.
+template <class N>
+void respond(const std::vector<N>& v, double pole, N rest, std::vector<N>& out) {
+  const N keeps = every<N>(pole);
+  const N gain = every<N>(pole < 1.0 ? 1.0 - pole : kIntegration);
+  N state = every<N>(0.0);
+  out.resize(v.size());
+  for (std::size_t k = 0; k < v.size(); ++k) {
+    out[k] = state = keeps * state + gain * (v[k] - rest);
+  }
+}
+
+template <class N>
+N rest_of(const std::vector<N>& v, double pole) {
+  if (pole < 1.0) return v.front();
+  N sum = every<N>(0.0);
+  for (const N value : v) sum += value;
+  return sum * every<N>(1.0 / static_cast<double>(v.size()));
+}
+
+// The valve: its stem follows u at a distance of at most half of the band.
+template <class N>
+void pass_valve(const std::vector<float>& u, N band, double side, std::vector<N>& out) {
+  const N half = band * every<N>(0.5);
+  N stem = every<N>(static_cast<double>(u.front())) - every<N>(side) * half;
+  out.resize(u.size());
+  for (std::size_t k = 0; k < u.size(); ++k) {
+    const N at = every<N>(static_cast<double>(u[k]));
+    stem = stem < at - half ? at - half : stem;
+    stem = stem > at + half ? at + half : stem;
+    out[k] = stem;
+  }
+}
+
+std::size_t reversals_of(const std::vector<Lanes>& stem, std::size_t lane) {
+  std::size_t count = 0;
+  float direction = 0.0F;
+  for (std::size_t k = 1; k < stem.size(); ++k) {
+    const float change = stem[k][lane] - stem[k - 1][lane];
+    if (change == 0.0F) continue;
+    if (change * direction < 0.0F) ++count;
+    direction = change;
+  }
+  return count;
+}
+
+double log_add(double a, double b) {
+  const double high = std::max(a, b);
+  return high == kNone ? kNone : high + std::log1p(std::exp(std::min(a, b) - high));
+}
+
+// One point of the grid, with the gain that fits best there.
+struct GridPoint {
+  double log_likelihood = kNone;
+  double band = 0.0;  // of CO's movement
+  double side = 1.0;
+  double pole = 0.0;
+  std::size_t delay = 1;
+  std::size_t error = 0;  // index of the error model
+  double gain = 0.0;
+};
+
+class Piece {
+ public:
+  Piece(std::span<const double> pv, std::span<const double> co, double period)
+      : period_(period), models_(error_models(period)) {
+    const numeric::Range range = numeric::range_of(co);
+    movement_ = range.high - range.low;
+    scale_ = numeric::deviation(pv);
+    moves_ = movement_ > 0.0 && scale_ > 0.0 && pv.size() >= kLeastSamples;
+    if (!moves_) return;
+    for (const double value : co) {
+      u_.push_back(static_cast<float>((value - range.low) / movement_));
+    }
+    for (const double value : pv) {
+      y_.push_back(static_cast<float>((value - pv.front()) / scale_));
+    }
+    whiten_pv();
+    search();
+  }
+
+  BandEvidence evidence() const;
+
+ private:
+  void whiten_pv() {
+    std::vector<float> white;
+    for (const ErrorModel& model : models_) {
+      whiten(y_, model, white);
+      std::fill_n(white.begin(), Grid::kSkipped, 0.0F);
+      double sum = 0.0;
+      for (const float value : white) sum += static_cast<double>(value);
+      const double mean = sum / samples();
+      double power = 0.0;
+      for (std::size_t k = Grid::kSkipped; k < white.size(); ++k) {
+        white[k] -= static_cast<float>(mean);
+        power += static_cast<double>(white[k]) * static_cast<double>(white[k]);
+      }
+      white_pv_.push_back(white);
+      powers_.push_back(power);
+    }
+  }
+
+  void search() {
+    std::vector<Lanes> stem;
+    for (std::size_t first = 0; first < kBandCount; first += kLanes) {
+      Lanes band{};
+      for (std::size_t i = 0; i < kLanes; ++i) {
+        band[i] = static_cast<float>(Grid::kBands[first + i]);
+      }
+      for (const double side : {-1.0, 1.0}) {
+        pass_valve(u_, band, side, stem);
+        for (std::size_t i = 0; i < kLanes; ++i) {
+          reverses_[i] = first + i < Grid::kFirst ||
+                         reversals_of(stem, i) >= Grid::kLeastReversals;
+        }
+        for (const double pole : Grid::kPoles) sum_over_errors(stem, pole, first, side);
+      }
+    }
+  }
+
+  // Adds the likelihoods of four bands with one process, for all dead times and error models.
+  void sum_over_errors(const std::vector<Lanes>& stem, double pole, std::size_t first,
+                       double side) {
+    respond(stem, pole, rest_of(stem, pole), response_);
+    for (std::size_t e = 0; e < models_.size(); ++e) {
+      whiten(response_, models_[e], white_);
+      const std::vector<float>& pv = white_pv_[e];
+      const std::size_t size = white_.size();
+      Lanes power{}, sum{};
+      for (std::size_t k = 0; k + kLongestDelay < size; ++k) {
+        power += white_[k] * white_[k];
+        sum += white_[k];
+      }
+      if (first == 0 && side < 0.0) powers_without_.push_back(static_cast<double>(power[0]));
+      const double without = powers_without_[reference(pole, e)];
+      for (const std::size_t delay : Grid::kDelays) {
+        Lanes along{};
+        for (std::size_t k = 0; k + delay < size; ++k) {
+          along += white_[k] * every<Lanes>(static_cast<double>(pv[k + delay]));
+        }
+        Lanes own = power, mean = sum;
+        for (std::size_t k = size - kLongestDelay; k + delay < size; ++k) {
+          own += white_[k] * white_[k];
+          mean += white_[k];
+        }
+        for (std::size_t i = 0; i < kLanes; ++i) {
+          if (!reverses_[i]) continue;
+          const double total = static_cast<double>(own[i]);
+          const double about_mean =
+              total - static_cast<double>(mean[i]) * static_cast<double>(mean[i]) / samples();
+          if (about_mean < 1e-4 * total || about_mean < kLeastMoved * without) continue;
+          const double gain = static_cast<double>(along[i]) / about_mean;
+          const double left = std::max(powers_[e] - gain * static_cast<double>(along[i]),
+                                       1e-9 * powers_[e]);
+          count({.log_likelihood = log_likelihood(left, e),
+                 .band = Grid::kBands[first + i],
+                 .side = side,
+                 .pole = pole,
+                 .delay = delay,
+                 .error = e,
+                 .gain = gain},
+                first + i);
+        }
+      }
+    }
+  }
+
+  void count(const GridPoint& point, std::size_t band) {
+    sums_[band] = log_add(sums_[band], point.log_likelihood);
+    if (point.log_likelihood > best_[band].log_likelihood) best_[band] = point;
+  }
+
+  std::size_t reference(double pole, std::size_t error) const {
+    const auto at = std::find(Grid::kPoles.begin(), Grid::kPoles.end(), pole);
+    return static_cast<std::size_t>(at - Grid::kPoles.begin()) * models_.size() + error;
+  }
+  double samples() const { return static_cast<double>(y_.size() - Grid::kSkipped); }
+  double log_likelihood(double left, std::size_t error) const {
+    return -0.5 * samples() * std::log(left / samples()) -
+           (models_[error].oscillates ? Grid::kResonance : 0.0);
+  }
+  // Returns the share of PV's variance that the point explains in free run.
+  double explained(const GridPoint& point) const;
+
+  double period_;
+  std::vector<ErrorModel> models_;
+  bool moves_ = false;
+  double movement_ = 0.0;  // of CO, CO units
+  double scale_ = 1.0;     // of PV, PV units
+  std::vector<float> u_;   // CO, 0 to 1
+  std::vector<float> y_;   // PV, from its first sample, deviation 1
+  std::vector<std::vector<float>> white_pv_;  // by error model
+  Doubles powers_;                             // of these
+  Doubles powers_without_;                     // of the whitened response without a band
+  std::array<bool, kLanes> reverses_{};
+  std::vector<Lanes> response_, white_;
+  std::array<double, kBandCount> sums_ = [] {
+    std::array<double, kBandCount> none{};
+    none.fill(kNone);
+    return none;
+  }();
+  std::array<GridPoint, kBandCount> best_{};
+};
+
+// Returns the sum of squares of x about its moving mean over `2 half + 1` samples.
+double fast_power(const Doubles& x, std::size_t half) {
+  Doubles sums(x.size() + 1, 0.0);
+  for (std::size_t k = 0; k < x.size(); ++k) sums[k + 1] = sums[k] + x[k];
+  double power = 0.0;
+  for (std::size_t k = 0; k < x.size(); ++k) {
+    const std::size_t from = k > half ? k - half : 0;
+    const std::size_t to = std::min(x.size(), k + half + 1);
+    const double off = x[k] - (sums[to] - sums[from]) / static_cast<double>(to - from);
+    power += off * off;
+  }
+  return power;
+}
+
+double Piece::explained(const GridPoint& point) const {
+  std::vector<float> stem, response;
+  pass_valve(u_, static_cast<float>(point.band), point.side, stem);
+  respond(stem, point.pole, rest_of(stem, point.pole), response);
+  Doubles pv(y_.size()), left(y_.size());
+  for (std::size_t k = 0; k < y_.size(); ++k) {
+    pv[k] = static_cast<double>(y_[k]);
+    const double moved = k < point.delay ? 0.0 : static_cast<double>(response[k - point.delay]);
+    left[k] = pv[k] - point.gain * moved;
+  }
+  const auto half = static_cast<std::size_t>(std::max(3.0, 0.75 * period_));
+  const double power = fast_power(pv, half);
+  return power > 0.0 ? 1.0 - fast_power(left, half) / power : 0.0;
+}
+
+BandEvidence Piece::evidence() const {
+  BandEvidence found;
+  if (!moves_ || sums_[0] == kNone) return found;
+  double large = kNone;
+  double small = kNone;
+  double large_count = 0.0;
+  double small_count = 0.0;
+  for (std::size_t i = 0; i < kBandCount; ++i) {
+    found.log_likelihood[i] = std::max(sums_[i] - sums_[0], -1e3);
+    const double band = Grid::kBands[i];
+    if (band >= Grid::kLarge) {
+      large = log_add(large, found.log_likelihood[i]);
+      large_count += 1.0;
+    } else if (i >= Grid::kFirst && band <= Grid::kSmall) {
+      small = log_add(small, found.log_likelihood[i]);
+      small_count += 1.0;
+    }
+  }
+  found.log_odds =
+      large - std::log(large_count) - log_add(0.0, small - std::log(small_count));
+  const auto best = static_cast<std::size_t>(
+      std::max_element(sums_.begin() + Grid::kFirst, sums_.end()) - sums_.begin());
+  const GridPoint& point = best_[best];
+  if (point.log_likelihood == kNone) return found;
+  double total = 0.0;
+  double mean = 0.0;
+  for (std::size_t i = Grid::kFirst; i < kBandCount; ++i) {
+    const double weight = std::exp(sums_[i] - sums_[best]);
+    total += weight;
+    mean += weight * Grid::kBands[i];
+  }
+  double below = 0.0;
+  found.low = found.high = Grid::kBands[Grid::kFirst];
+  for (std::size_t i = Grid::kFirst; i < kBandCount; ++i) {
+    below += std::exp(sums_[i] - sums_[best]) / total;
+    if (below < 0.05) found.low = Grid::kBands[i + 1];
+    if (below < 0.95 && i + 1 < kBandCount) found.high = Grid::kBands[i + 1];
+  }
+  found.share = mean / total;
+  found.band = found.share * movement_;
+  found.low *= movement_;
+  found.high *= movement_;
+  found.gain = point.gain * scale_ / movement_ * (point.pole < 1.0 ? 1.0 : kIntegration);
+  found.pole = point.pole;
+  found.delay = point.delay;
+  found.explained = explained(point);
+  found.explained_without = explained(best_[0]);
+  double without_co = kNone;
+  for (std::size_t e = 0; e < models_.size(); ++e) {
+    without_co = std::max(without_co, log_likelihood(powers_[e], e));
+  }
+  found.information = std::max(point.log_likelihood, best_[0].log_likelihood) - without_co;
+  return found;
+}
+
+}  // namespace
+
+namespace {
+
+Doubles block_means(std::span<const double> x, std::size_t factor) {
+  Doubles means;
+  for (std::size_t from = 0; from + factor <= x.size(); from += factor) {
+    means.push_back(numeric::mean(x.subspan(from, factor)));
+  }
+  return means;
+}
+
+// Adds up the pieces of a record.
+BandEvidence sum_pieces(std::span<const double> pv, std::span<const double> co, double period) {
+  const std::size_t pieces =
+      std::clamp<std::size_t>(pv.size() / Grid::kMostSamples, 1, Grid::kMostPieces);
+  const std::size_t length = pieces > 1 ? Grid::kMostSamples : pv.size();
+  BandEvidence all;
+  double sum = 0.0;
+  double information = 0.0;
+  for (std::size_t i = 0; i < pieces; ++i) {
+    const std::size_t from = pieces > 1 ? i * (pv.size() - length) / (pieces - 1) : 0;
+    const BandEvidence one =
+        Piece(pv.subspan(from, length), co.subspan(from, length), period).evidence();
+    sum += std::clamp(one.log_odds, Grid::kLeastNats, Grid::kMostNats);
+    information += one.information;
+    if (i == 0 || one.log_odds > all.log_odds) all = one;
+  }
+  all.log_odds = sum / static_cast<double>(pieces);
+  all.information = information / static_cast<double>(pieces * length);
+  return all;
+}
+
+}  // namespace
+
+BandEvidence find_band(std::span<const double> pv, std::span<const double> co, double period) {
+  BandEvidence best;
+  for (const std::size_t factor : Grid::kFactors) {
+    if (factor > 1 && pv.size() < factor * Grid::kLeastBlocks) break;
+    BandEvidence found = sum_pieces(block_means(pv, factor), block_means(co, factor),
+                                    period / static_cast<double>(factor));
+    found.factor = factor;
+    found.information /= static_cast<double>(factor);
+    if (factor == 1 || found.information > best.information) best = found;
+  }
+  return best;
+}
+
+}  // namespace loopwarden::estimator

@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+// Finds whether a routine record needs a band (stiction or backlash) in the valve, without a model
+// of the loop.
+//
+// The process, the disturbance and the noise are unknown. The likelihood is summed over a grid of
+// them; gain and level are in closed form. What decides is the size of the band relative to the
+// movement of CO: a healthy valve shows small bands too (resolution, dead band, an inexact lag).
+//
+//   log odds = log of the mean likelihood of the bands from kLarge on
+//            - log of (likelihood without a band + mean likelihood of the bands up to kSmall)
+//
+// Equations, symbols and sources: docs/math/band.md. Errors: no exceptions.
+// Limits: the slip jump of a sticking valve is not fitted, because routine records don't show it
+// (docs/math/band.md). A band that CO crosses without a reversal can't be seen.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <span>
+
+namespace loopwarden::estimator {
+
+struct BandGrid {
+  // Bands as shares of CO's movement; the first is the valve without a band.
+  static constexpr std::array<double, 12> kBands{0.0,  0.04, 0.08, 0.14, 0.2,  0.25,
+                                                 0.3,  0.37, 0.46, 0.57, 0.7,  0.86};
+  static constexpr std::size_t kFirst = 1;  // band of the grid
+  static constexpr double kSmall = 0.15;    // of a healthy valve
+  static constexpr double kLarge = 0.3;     // of a sticking valve
+  // Pole of the process per sample; 1 integrates.
+  static constexpr std::array<double, 6> kPoles{0.0, 0.5, 0.8, 0.93, 0.98, 1.0};
+  static constexpr std::array<std::size_t, 6> kDelays{1, 2, 3, 5, 8, 12};  // samples
+  // Share of an innovation that the disturbance keeps: 1 for a random walk, 0 for noise only.
+  static constexpr std::array<double, 6> kWalks{0.003, 0.015, 0.06, 0.2, 0.5, 0.85};
+  static constexpr std::array<double, 4> kColours{0.0, 0.5, 0.8, 0.94};  // of the innovations
+  static constexpr double kRadius = 0.97;  // of the poles of an oscillating disturbance
+  static constexpr double kDamping = 0.9;  // of that radius: radius of the zeros
+  static constexpr double kResonance = 3.0;         // nats that an oscillating disturbance costs
+  static constexpr std::size_t kSkipped = 5;        // samples, at the start
+  static constexpr std::size_t kMostSamples = 1500;  // of a piece of a long record
+  static constexpr std::size_t kMostPieces = 4;
+  // Samples averaged into one; of these the one at which CO predicts PV best.
+  static constexpr std::array<std::size_t, 3> kFactors{1, 4, 16};
+  static constexpr std::size_t kLeastBlocks = 300;  // of a record of averaged samples
+  static constexpr std::size_t kLeastReversals = 2;  // of the stem; fewer: an offset
+  static constexpr double kMostNats = 30.0;   // of one piece
+  static constexpr double kLeastNats = -10.0;  // of one piece
+};
+
+struct BandEvidence {
+  double log_odds = 0.0;  // nats, mean over the pieces, each within kLeastNats to kMostNats
+  // The piece with the highest log odds:
+  std::array<double, BandGrid::kBands.size()> log_likelihood{};  // nats, above that of no band
+  double band = 0.0;       // CO units, mean over the likelihood
+  double low = 0.0;        // CO units, 5 % of the likelihood is below
+  double high = 0.0;       // CO units, 5 % of the likelihood is above
+  double share = 0.0;      // band over the movement of CO
+  double gain = 0.0;       // PV units per CO unit; for an integrating process per sample too
+  double pole = 0.0;       // per sample
+  std::size_t delay = 0;   // samples
+  std::size_t factor = 1;  // samples averaged into one; pole and delay are of these
+  double information = 0.0;  // nats per sample by which CO predicts PV
+  double explained = 0.0;  // of PV's variance, slow movement removed, by the band in free run
+  double explained_without = 0.0;  // the same without a band
+};
+
+// Returns the evidence of a record without missing samples. `period`: time scale of the movement,
+// samples (diagnosis/time_scales.hpp). All 0 if PV or CO don't move, or below 50 samples.
+BandEvidence find_band(std::span<const double> pv, std::span<const double> co, double period);
+
+}  // namespace loopwarden::estimator
