@@ -17,8 +17,10 @@ if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND CMAKE_CXX_COMPILER_VERSION VERSION_L
   target_compile_options(loopwarden_flags INTERFACE -Wno-restrict)
 endif()
 # Targets that print the version link this. In a build of single sources, only those are compiled again when it changes.
+# A package adds its commit, for example +git20261128.1722.e6a3551. Other builds have none, so a commit recompiles nothing.
+set(LOOPWARDEN_VERSION_SUFFIX "" CACHE STRING "follows the version that the programs print")
 add_library(loopwarden_version INTERFACE)
-target_compile_definitions(loopwarden_version INTERFACE LOOPWARDEN_VERSION="${PROJECT_VERSION}")
+target_compile_definitions(loopwarden_version INTERFACE LOOPWARDEN_VERSION="${PROJECT_VERSION}${LOOPWARDEN_VERSION_SUFFIX}")
 
 # Parts that neither step loops nor answer many requests are compiled for a short build: programs that a user starts, and
 # services that wait most of their time. With LOOPWARDEN_SHORT_BUILD these are not optimised, and the others a little.

@@ -22,7 +22,7 @@ std::string not_running(const Setup& setup) {
     DaemonClient daemon(setup.socket);
     return not_in_force(daemon, setup.tag, base::crc32(text_of_file(setup.loop_file())));
   } catch (const std::exception& e) {
-    return fmt::format("{}. Start the daemon (`systemctl start loopwardend`).", e.what());
+    return fmt::format("{}. Start the daemon (`systemctl enable --now loopwardend`).", e.what());
   }
 }
 
