@@ -51,7 +51,7 @@ std::vector<Candidate> catalogue_for(const Observed& observed, const LoopFacts& 
   const bool still = *high - *low < kLeastMovement * loop.co_span;
   std::erase_if(all, [&](const Candidate& c) {
     const bool plant = c.block == Block::valve || c.block == Block::process;
-    return c.shown() || (plant && still) || (c.block == Block::valve && !model.has_valve) ||
+    return (plant && still) || (c.block == Block::valve && !model.has_valve) ||
            (c.is_level && loop.level_free) || (loop.wide && changes_process(c)) ||
            std::find(options.without.begin(), options.without.end(), c.name) !=
                options.without.end();

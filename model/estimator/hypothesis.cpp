@@ -77,6 +77,10 @@ bool Hypothesis::changes_gain() const noexcept {
   return std::any_of(terms_.begin(), terms_.end(), [](const Law* t) { return t->solves_gain; });
 }
 
+bool Hypothesis::bends_reading() const noexcept {
+  return std::any_of(terms_.begin(), terms_.end(), [](const Law* t) { return t->shown(); });
+}
+
 Hypothesis Hypothesis::law_only() const {
   Hypothesis out = *this;
   if (!jumps()) return out;

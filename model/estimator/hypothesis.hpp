@@ -75,6 +75,8 @@ class Hypothesis {
   bool has_valve() const noexcept { return loop_->model.has_valve; }
   bool jumps() const noexcept { return jumps_ && !by_law_; }
   bool changes_gain() const noexcept;
+  // The transmitter bends or clips what it reads, so PV is not linear in any parameter.
+  bool bends_reading() const noexcept;
   // Index of the effect whose slips PV can show; npos: none.
   std::size_t sticking() const noexcept { return sticking_; }
   static constexpr std::size_t npos = static_cast<std::size_t>(-1);

@@ -11,6 +11,9 @@
 namespace loopwarden::estimator {
 namespace {
 
+constexpr double kImpossible = -1e12;  // nats
+constexpr int kBentRounds = 3;         // Newton's steps for a reading that is bent or clipped
+
 std::vector<double> prior_deviations(const LoopFacts& loop, std::size_t fixed) {
   const plant::LoopModel& model = loop.model;
   const plant::ProcessUncertainty& unknown = model.uncertainty;
@@ -49,6 +52,7 @@ Likelihood::Likelihood(const LoopFacts& loop, const LoopRun& run, const Observed
                        std::size_t samples, double noise_rms, const Slips& slips)
     : loop_(loop),
       run_(run),
+      observed_(observed),
       noise_rms_(noise_rms),
       blocks_(observed, samples,
               block_length(loop.model.process.time_constant_s * (loop.wide ? 0.5 : 1.0),
@@ -106,92 +110,120 @@ void Likelihood::add_jumps(const Point& point, const std::vector<double>& stem,
   }
 }
 
-double Likelihood::of(const Hypothesis& hypothesis, std::span<const double> z, Work& work,
-                      Solution* solution) const {
-  ++work.evaluations;
-  const Point point = hypothesis.at(z);
-  const bool guided = hypothesis.sticking() != Hypothesis::npos && point.jitter > 0.0;
-  const bool jitters = hypothesis.jumps() && point.jitter > 0.0;
-  const std::size_t samples = blocks_.samples();
-  double penalty = 0.0;
-  try {
-    penalty = run_.run(hypothesis, point, samples, guided ? &slips_ : nullptr, work.columns,
-                       jitters ? &work.stem : nullptr);
-  } catch (const effects::EffectError&) {
-    return -1e12;  // outside what the law accepts
-  }
-
-  // Means over blocks.
-  std::size_t count = Columns::kFirstFixed;
-  std::vector<double> solved_rms;  // at every sample: blocks average high frequencies away
-  const auto mean_of = [&](const std::vector<double>& signal, std::size_t at) {
-    if (work.means.size() <= at) work.means.resize(at + 1);
-    work.means[at].resize(blocks_.count());
-    blocks_.average(signal, work.means[at]);
+// Signals at every sample and their prior deviations, in the order of the linear parameters.
+void Likelihood::collect(const Hypothesis& hypothesis, const Point& point, Work& work) const {
+  work.signals.clear();
+  work.prior.clear();
+  const auto add = [&](const std::vector<double>& signal, double deviation) {
+    work.signals.push_back(&signal);
+    work.prior.push_back(deviation);
   };
-  for (std::size_t i = 0; i < Columns::kFirstFixed; ++i) mean_of(work.columns[i], i);
-  for (std::size_t i = 0; i < hypothesis.terms().size(); ++i) {
-    if (hypothesis.terms()[i]->columns == 0) continue;
-    run_.solved(hypothesis, point, i, samples, work.solved);
-    for (const auto& column : work.solved) {
-      solved_rms.push_back(numeric::rms(column));
-      mean_of(column, count++);
+  const std::size_t moving = Columns::kFirstFixed;
+  for (std::size_t i = 0; i < moving; ++i) add(work.columns[i], prior_of(hypothesis, i));
+  for (std::size_t i = 0; i < fixed(); ++i) add(run_.fixed()[i], prior_[moving + i]);
+  const Terms& terms = hypothesis.terms();
+  work.solved.resize(std::max(work.solved.size(), terms.size()));
+  for (std::size_t i = 0; i < terms.size(); ++i) {
+    if (terms[i]->columns == 0) continue;
+    run_.solved(hypothesis, point, i, blocks_.samples(), work.solved[i]);
+    for (const auto& column : work.solved[i]) {
+      // By its rms at every sample: blocks average high frequencies away.
+      add(column, kLimits.solved * loop_.pv_span / std::max(numeric::rms(column), 1e-9));
     }
   }
-
-  const std::size_t named = count;
-  if (work.extra != nullptr) {
-    for (const auto& signal : work.extra->signals) mean_of(signal, count++);
+  for (std::size_t i = 0; work.extra != nullptr && i < work.extra->signals.size(); ++i) {
+    add(work.extra->signals[i], work.extra->deviations[i]);
   }
+}
 
-  // Order in `white`: moving columns, fixed ones, PV.
-  const std::size_t index = errors_.index(point.disturbance, point.law);
-  const std::size_t fixed = fixed_.size();
-  const auto n = static_cast<Eigen::Index>(blocks_.count());
-  const auto size = static_cast<Eigen::Index>(count + fixed);
-  work.white.resize(n, size + 1);
-  std::vector<const double*> in;
-  for (std::size_t i = 0; i < count; ++i) in.push_back(work.means[i].data());
-  const ErrorFilter* filter = &errors_.at(index);
-  std::optional<ErrorFilter> own;
-  if (jitters) {
-    std::vector<double> variance(blocks_.count());
-    add_jumps(point, work.stem, variance);
-    own = errors_.with_jumps(index, variance);
-    filter = &*own;
-    for (const auto& column : fixed_) in.push_back(column.data());
-    in.push_back(pv_.data());
+// Signals and PV over blocks, after the filter. The fixed signals and PV are ready for each pair
+// of the error grid; `filter` null: of pair `index`.
+void Likelihood::whiten(std::size_t index, const ErrorFilter* filter, Work& work) const {
+  const std::size_t size = work.signals.size();
+  const std::size_t first = Columns::kFirstFixed;
+  work.means.resize(std::max(work.means.size(), size));
+  work.white.resize(static_cast<Eigen::Index>(blocks_.count()),
+                    static_cast<Eigen::Index>(size) + 1);
+  std::vector<std::pair<const double*, std::size_t>> in;  // mean, column
+  for (std::size_t i = 0; i <= size; ++i) {
+    const bool is_fixed = i >= first && i < first + fixed();
+    if (is_fixed || i == size) {
+      const auto ready = static_cast<Eigen::Index>(i == size ? fixed() : i - first);
+      if (filter == nullptr) {
+        work.white.col(static_cast<Eigen::Index>(i)) = white_[index].columns.col(ready);
+      } else {
+        in.emplace_back((i == size ? pv_ : fixed_[i - first]).data(), i);
+      }
+      continue;
+    }
+    work.means[i].resize(blocks_.count());
+    blocks_.average(*work.signals[i], work.means[i]);
+    in.emplace_back(work.means[i].data(), i);
   }
+  whiten(filter != nullptr ? *filter : errors_.at(index), in, work);
+  work.white.col(static_cast<Eigen::Index>(size)) -= work.white.col(0);  // K' counts from 1
+}
+
+void Likelihood::whiten(const ErrorFilter& filter,
+                        std::span<const std::pair<const double*, std::size_t>> in, Work& work) {
   for (std::size_t i = 0; i < in.size(); i += 4) {
     const double* from[4];
     double* to[4];
     for (std::size_t j = 0; j < 4; ++j) {
-      const std::size_t column = std::min(i + j, in.size() - 1);
-      from[j] = in[column];
+      const auto [mean, column] = in[std::min(i + j, in.size() - 1)];
+      from[j] = mean;
       to[j] = work.white.col(static_cast<Eigen::Index>(column)).data();
     }
-    filter->whiten_four(from, to);
+    filter.whiten_four(from, to);
   }
-  if (!jitters) work.white.rightCols(white_[index].columns.cols()) = white_[index].columns;
+}
 
-  // K' counts from 1.
-  work.white.col(size) -= work.white.col(0);
+// The same for a reading that is bent or clipped. Newton's step at the linear parameters `mean`:
+// every signal times the slope of the reading, and PV less what the reading shows.
+void Likelihood::whiten_bent(const Hypothesis& hypothesis, const Point& point,
+                             const Eigen::VectorXd& mean, const ErrorFilter& filter,
+                             Work& work) const {
+  constexpr double kStep = 1e-6;  // of the PV span
+  const std::size_t samples = blocks_.samples();
+  const std::size_t size = work.signals.size();
+  const double step = kStep * loop_.pv_span;
+  std::vector<double> flat(samples);  // PV before the reading, offset taken off
+  for (std::size_t i = 0; i < size; ++i) {
+    const double by = mean(static_cast<Eigen::Index>(i)) + (i == 0 ? 1.0 : 0.0);
+    for (std::size_t k = 0; k < samples; ++k) flat[k] += by * (*work.signals[i])[k];
+  }
+  std::vector<double> shown(samples);
+  for (std::size_t k = 0; k < samples; ++k) shown[k] = run_.offset()[k] + flat[k];
+  std::vector<double> slope = shown;
+  for (double& v : slope) v += step;
+  run_.read(hypothesis, point, shown);
+  run_.read(hypothesis, point, slope);
+  std::vector<double> bent(samples);
+  work.means.resize(std::max(work.means.size(), size + 1));
+  work.white.resize(static_cast<Eigen::Index>(blocks_.count()),
+                    static_cast<Eigen::Index>(size) + 1);
+  std::vector<std::pair<const double*, std::size_t>> in;
+  for (std::size_t i = 0; i <= size; ++i) {
+    for (std::size_t k = 0; k < samples; ++k) {
+      if (i == 0) slope[k] = (slope[k] - shown[k]) / step;
+      bent[k] = i < size ? slope[k] * (*work.signals[i])[k]
+                         : observed_.pv[k] - shown[k] + slope[k] * flat[k];
+    }
+    work.means[i].resize(blocks_.count());
+    blocks_.average(bent, work.means[i]);
+    in.emplace_back(work.means[i].data(), i);
+  }
+  whiten(filter, in, work);
+  work.white.col(static_cast<Eigen::Index>(size)) -= work.white.col(0);
+}
+
+// The linear parameters from the columns after the filter. Returns the log-likelihood.
+double Likelihood::solve(const ErrorFilter& filter, Work& work, Solution* solution) const {
+  const auto size = static_cast<Eigen::Index>(work.signals.size());
   Eigen::MatrixXd gram(size + 1, size + 1);
   gram.setZero();
   gram.selfadjointView<Eigen::Lower>().rankUpdate(work.white.transpose());
-  Eigen::VectorXd prior(size);
-  for (std::size_t i = 0; i < Columns::kFirstFixed; ++i) {
-    prior(static_cast<Eigen::Index>(i)) = prior_of(hypothesis, i);
-  }
-  for (std::size_t i = Columns::kFirstFixed; i < count; ++i) {
-    prior(static_cast<Eigen::Index>(i)) =
-        i >= named
-            ? work.extra->deviations[i - named]
-            : kLimits.solved * loop_.pv_span / std::max(solved_rms[i - Columns::kFirstFixed], 1e-9);
-  }
-  for (std::size_t i = 0; i < fixed; ++i) {
-    prior(static_cast<Eigen::Index>(count + i)) = prior_[Columns::kFirstFixed + i];
-  }
+  const Eigen::Map<const Eigen::VectorXd> prior(work.prior.data(), size);
   Eigen::MatrixXd q = gram.topLeftCorner(size, size).selfadjointView<Eigen::Lower>();
   q = prior.asDiagonal() * q * prior.asDiagonal();
   q.diagonal().array() += 1.0;
@@ -200,37 +232,55 @@ double Likelihood::of(const Hypothesis& hypothesis, std::span<const double> z, W
   const Eigen::VectorXd weights = factor.solve(v);
   double log_det = 0.0;
   for (Eigen::Index i = 0; i < size; ++i) log_det += 2.0 * std::log(factor.matrixLLT()(i, i));
-  double log_likelihood =
-      -0.5 * (gram(size, size) - v.dot(weights) + log_det + filter->log_determinant()) - penalty;
-  if (!std::isfinite(log_likelihood)) log_likelihood = -1e12;
+  const double log_likelihood =
+      -0.5 * (gram(size, size) - v.dot(weights) + log_det + filter.log_determinant());
   if (solution == nullptr) return log_likelihood;
-
-  // Moving columns of the effects come after the fixed ones in the solution.
-  const Eigen::VectorXd mean = prior.cwiseProduct(weights);
-  const Eigen::MatrixXd covariance =
+  solution->mean = prior.cwiseProduct(weights);
+  solution->covariance =
       prior.asDiagonal() * factor.solve(Eigen::MatrixXd::Identity(size, size)) * prior.asDiagonal();
-  std::vector<Eigen::Index> order;
-  for (std::size_t i = 0; i < Columns::kFirstFixed; ++i)
-    order.push_back(static_cast<Eigen::Index>(i));
-  for (std::size_t i = count; i < count + fixed; ++i) order.push_back(static_cast<Eigen::Index>(i));
-  for (std::size_t i = Columns::kFirstFixed; i < count; ++i)
-    order.push_back(static_cast<Eigen::Index>(i));
-  solution->log_likelihood = log_likelihood;
-  solution->mean.resize(size);
-  solution->covariance.resize(size, size);
-  for (Eigen::Index i = 0; i < size; ++i) {
-    solution->mean(i) = mean(order[static_cast<std::size_t>(i)]);
-    for (Eigen::Index j = 0; j < size; ++j) {
-      solution->covariance(i, j) =
-          covariance(order[static_cast<std::size_t>(i)], order[static_cast<std::size_t>(j)]);
+  solution->design = work.white.leftCols(size);
+  solution->innovations = work.white.col(size) - solution->design * solution->mean;
+  solution->log_scales = filter.log_scales();
+  return log_likelihood;
+}
+
+double Likelihood::of(const Hypothesis& hypothesis, std::span<const double> z, Work& work,
+                      Solution* solution) const {
+  ++work.evaluations;
+  const Point point = hypothesis.at(z);
+  const bool guided = hypothesis.sticking() != Hypothesis::npos && point.jitter > 0.0;
+  const bool jitters = hypothesis.jumps() && point.jitter > 0.0;
+  double penalty = 0.0;
+  try {
+    penalty = run_.run(hypothesis, point, blocks_.samples(), guided ? &slips_ : nullptr,
+                       work.columns, jitters ? &work.stem : nullptr);
+  } catch (const effects::EffectError&) {
+    return kImpossible;  // outside what the law accepts
+  }
+  collect(hypothesis, point, work);
+  const std::size_t index = errors_.index(point.disturbance, point.law);
+  std::optional<ErrorFilter> own;
+  if (jitters) {
+    std::vector<double> variance(blocks_.count());
+    add_jumps(point, work.stem, variance);
+    own = errors_.with_jumps(index, variance);
+  }
+  const ErrorFilter& filter = own ? *own : errors_.at(index);
+  double log_likelihood = 0.0;
+  if (!hypothesis.bends_reading()) {
+    whiten(index, own ? &*own : nullptr, work);
+    log_likelihood = solve(filter, work, solution);
+  } else {
+    Solution at;
+    at.mean = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(work.signals.size()));
+    for (int round = 0; round < kBentRounds; ++round) {
+      whiten_bent(hypothesis, point, at.mean, filter, work);
+      log_likelihood = solve(filter, work, &at);
     }
+    if (solution != nullptr) *solution = std::move(at);
   }
-  solution->design.resize(n, size);
-  for (Eigen::Index i = 0; i < size; ++i) {
-    solution->design.col(i) = work.white.col(order[static_cast<std::size_t>(i)]);
-  }
-  solution->innovations = work.white.col(size) - work.white.leftCols(size) * mean;
-  solution->log_scales = filter->log_scales();
+  log_likelihood = std::isfinite(log_likelihood) ? log_likelihood - penalty : kImpossible;
+  if (solution != nullptr) solution->log_likelihood = log_likelihood;
   return log_likelihood;
 }
 
@@ -262,6 +312,7 @@ std::vector<double> Likelihood::simulate(const Hypothesis& hypothesis, std::span
   for (std::size_t i = 0; extra != nullptr && i < extra->signals.size(); ++i, ++next) {
     for (std::size_t k = 0; k < samples; ++k) pv[k] += solution.mean(next) * extra->signals[i][k];
   }
+  if (hypothesis.bends_reading()) run_.read(hypothesis, point, pv);
   return pv;
 }
 

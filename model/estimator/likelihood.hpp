@@ -13,6 +13,7 @@
 #include <Eigen/Dense>
 #include <cstddef>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "model/estimator/blocks.hpp"
@@ -53,9 +54,11 @@ class Likelihood {
   struct Work {
     std::vector<double> columns[3];
     std::vector<double> stem;
-    std::vector<std::vector<double>> solved;
-    std::vector<std::vector<double>> means;  // of columns and solved parameters over blocks
-    Eigen::MatrixXd white;
+    std::vector<std::vector<std::vector<double>>> solved;  // by effect
+    std::vector<const std::vector<double>*> signals;       // in the order of Solution::mean
+    std::vector<double> prior;                             // deviation of each
+    std::vector<std::vector<double>> means;                // of the signals over blocks
+    Eigen::MatrixXd white;                                 // after the filter; the last one: PV
     const Extra* extra = nullptr;
     std::size_t evaluations = 0;
   };
@@ -84,9 +87,17 @@ class Likelihood {
   double prior_of(const Hypothesis& hypothesis, std::size_t column) const noexcept;
   void add_jumps(const Point& point, const std::vector<double>& stem,
                  std::vector<double>& variance) const;
+  void collect(const Hypothesis& hypothesis, const Point& point, Work& work) const;
+  void whiten(std::size_t index, const ErrorFilter* filter, Work& work) const;
+  static void whiten(const ErrorFilter& filter,
+                     std::span<const std::pair<const double*, std::size_t>> in, Work& work);
+  void whiten_bent(const Hypothesis& hypothesis, const Point& point, const Eigen::VectorXd& mean,
+                   const ErrorFilter& filter, Work& work) const;
+  double solve(const ErrorFilter& filter, Work& work, Solution* solution) const;
 
   const LoopFacts& loop_;
   const LoopRun& run_;
+  const Observed& observed_;
   double noise_rms_;
   Blocks blocks_;
   ErrorGrid errors_;

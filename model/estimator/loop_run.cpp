@@ -295,6 +295,20 @@ void LoopRun::solved(const Hypothesis& hypothesis, const Point& point, std::size
   for (auto& column : columns) pass_transmitter(column);
 }
 
+void LoopRun::read(const Hypothesis& hypothesis, const Point& point,
+                   std::vector<double>& pv) const {
+  effects::EffectChain reading;
+  for (std::size_t i = 0; i < hypothesis.terms().size(); ++i) {
+    const Law& term = *hypothesis.terms()[i];
+    if (term.shown()) {
+      reading.add(effects::make_effect(term.effect(point.searched[i], {}), context_));
+    }
+  }
+  const double h = context_.sample_time_s;
+  pv[0] = reading.reset(pv[0], 0.0);
+  reading.run(std::span<double>(pv).subspan(1), h, h);
+}
+
 plant::LoopModel LoopRun::corrected(const Hypothesis& hypothesis, const Point& point,
                                     std::span<const double> linear,
                                     const std::vector<std::vector<double>>& solved) const {

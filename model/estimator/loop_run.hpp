@@ -54,6 +54,9 @@ class LoopRun {
   void solved(const Hypothesis& hypothesis, const Point& point, std::size_t term,
               std::size_t samples, std::vector<std::vector<double>>& columns) const;
 
+  // Passes PV of the free run through the effects that bend or clip the reading.
+  void read(const Hypothesis& hypothesis, const Point& point, std::vector<double>& pv) const;
+
   // The model with the effects in their places. `linear`: K' - 1, ln T, dead time and level, in the
   // order of Columns. `solved`: one list per effect.
   plant::LoopModel corrected(const Hypothesis& hypothesis, const Point& point,
