@@ -26,8 +26,6 @@ inline constexpr Budget kBudgets[]{
     {"all_loops/100_at_100Hz", "100 loops at 100 Hz", "% of a core", 10.0, false, false, 1e4},
     {"simulate/full_loop", "simulation of a full loop, stiction and noise", "million samples/s",
      20.0, true, true, 1e-6},
-    {"gap/free_run", "free run of the gap search, stiction", "million samples/s", 20.0, true, true,
-     1e-6},
     {"specialist/eight", "a window through eight specialists of the thesis", "us", 50.0, false,
      false, 1e6},
     {"specialist/explaining", "a window through the explaining team", "us", 500.0, false, false,

@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "lab/bench/plant1.hpp"
-#include "model/gap/free_run.hpp"
 #include "model/gap/workflow.hpp"
 #include "model/plant/simulated_loop.hpp"
 
@@ -45,24 +44,6 @@ void two_threads(std::size_t count, const std::function<void(std::size_t)>& body
   for (unsigned i = 1; i < kThreads; ++i) others.emplace_back(work);
   work();
 }
-
-// Measures a step that the fits repeat some ten thousand times. It simulates valve with stiction,
-// process and transmitter from the measured CO, with the columns of the unknown initial state.
-void free_run_rate(benchmark::State& state) {
-  plant::LoopModel model = sticking_plant1();
-  model.transmitter.noise = 0.0;
-  const gap::FreeRun run(model, sticking_record().co);
-  gap::Point point;
-  point.time_constant_s = model.process.time_constant_s;
-  point.dead_time_s = model.process.dead_time_s;
-  std::vector<std::vector<double>> columns;
-  for (auto _ : state) {
-    run.columns({}, point, columns);
-    benchmark::DoNotOptimize(columns.data());
-  }
-  state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(kSamples));
-}
-BENCHMARK(free_run_rate)->Name("gap/free_run");
 
 // Measures the whole workflow, from a record and a model with a healthy valve to the corrected
 // model. It takes seconds, so it runs once.

@@ -5,7 +5,6 @@
 #include <stdlib.h>
 #include <unistd.h>
 
-#include <chrono>
 #include <cstdint>
 #include <exception>
 #include <filesystem>
@@ -17,7 +16,6 @@
 #include <system_error>
 #include <vector>
 
-#include "lab/gap_study/calibration.hpp"
 #include "lab/gap_study/gap_runner.hpp"
 #include "lab/gap_study/study_report.hpp"
 #include "lab/program/studies.hpp"
@@ -27,8 +25,6 @@ namespace {
 
 namespace cases = gap_study;
 namespace fs = std::filesystem;
-
-constexpr std::uint64_t kHeldOut = 100000;
 
 // Returns the path of a program of the same build.
 std::string beside(const char* name) {
@@ -54,9 +50,6 @@ struct Options {
   std::string keep;
   bool resume = false;
   bool without_truth = false;
-  std::string names;
-  std::vector<std::string> given;
-  std::string calibrate;
 };
 
 // A temporary folder that is removed at the end.
@@ -153,100 +146,12 @@ cases::StudyPart run_part(const Options& options, const std::vector<fs::path>& f
   return part;
 }
 
-std::string text_of(const fs::path& path) {
-  std::ifstream in(path, std::ios::binary);
-  if (!in) {
-    throw fs::filesystem_error("can't read", path,
-                               std::make_error_code(std::errc::no_such_file_or_directory));
-  }
-  return {std::istreambuf_iterator<char>(in), {}};
-}
-
-void write_text(const fs::path& path, const std::string& text) {
-  std::ofstream out(path, std::ios::binary | std::ios::trunc);
-  out << text;
-  if (!out.flush()) {
-    throw fs::filesystem_error("can't write", path, std::make_error_code(std::errc::io_error));
-  }
-}
-
-std::uint64_t last_seed(const Options& options) {
-  return options.seed + options.generate * (options.load ? 2U : 1U) - 1U;
-}
-
-// Returns the command that makes these names again, and the date.
-std::vector<std::string> made_by(const Options& options, std::size_t cases) {
-  std::string command = "loopwarden-study gap --gap " + options.gap;
-  for (const std::string& word : options.gap_options) command += " --gap-option=" + word;
-  for (const std::string& folder : options.folders) command += " --cases " + folder;
-  if (!options.only.empty()) command += " --only " + options.only;
-  std::string seeds;
-  if (options.generate > 0) {
-    command += fmt::format(" --generate {} --seed {}", options.generate, options.seed);
-    if (options.load) command += " --load";
-    if (options.load_only) command += " --load-only";
-    command += fmt::format(" --kinds {} --samples {}", options.kinds, options.samples);
-    if (!options.names.empty()) command += " --names " + options.names;
-    if (!options.calibrate.empty()) command += " --calibrate " + options.calibrate;
-    seeds = fmt::format(", seeds {} to {}", options.seed, last_seed(options));
-  }
-  const std::chrono::year_month_day today{
-      std::chrono::floor<std::chrono::days>(std::chrono::system_clock::now())};
-  return {command, fmt::format("{:04}-{:02}-{:02}, {} cases{}", static_cast<int>(today.year()),
-                               static_cast<unsigned>(today.month()),
-                               static_cast<unsigned>(today.day()), cases, seeds)};
-}
-
-int use_given(const Options& options) {
-  cases::NamesFile all;
-  for (const std::string& path : options.given) {
-    try {
-      cases::NamesFile one = cases::parse_names(text_of(path));
-      std::move(one.made_by.begin(), one.made_by.end(), std::back_inserter(all.made_by));
-      std::move(one.names.begin(), one.names.end(), std::back_inserter(all.names));
-    } catch (const std::system_error&) {
-      throw;
-    } catch (const std::runtime_error& e) {
-      throw std::runtime_error(path + ": " + e.what());
-    }
-  }
-  if (!options.calibrate.empty()) write_text(options.calibrate, cases::table_source(all));
-  fmt::print("{}", cases::calibration_text(cases::calibrate(all.names)));
-  return 0;
-}
-
-// Writes the names of all parts to the requested files.
-void write_names(const std::vector<cases::StudyPart>& parts, const Options& options) {
-  cases::NamesFile names;
-  std::size_t count = 0;
-  for (const cases::StudyPart& part : parts) {
-    std::vector<cases::GivenName> given = cases::names_given(part.cases);
-    std::move(given.begin(), given.end(), std::back_inserter(names.names));
-    count += part.cases.size();
-  }
-  names.made_by = made_by(options, count);
-  if (!options.names.empty()) {
-    write_text(options.names, cases::names_csv(names.made_by, names.names));
-  }
-  // Computed from the rounded text of the file, so that the file gives the same table later.
-  if (!options.calibrate.empty()) {
-    write_text(
-        options.calibrate,
-        cases::table_source(cases::parse_names(cases::names_csv(names.made_by, names.names))));
-  }
-}
-
 int study(const Options& options) {
-  if (!options.given.empty()) return use_given(options);
   if (options.folders.empty() && options.generate == 0) {
     throw std::invalid_argument("no cases to score. Give --cases or --generate");
   }
   if (options.resume && options.keep.empty()) {
     throw std::invalid_argument("--resume needs --keep, the folder of the earlier answers");
-  }
-  if (!options.calibrate.empty() && options.generate > 0 && last_seed(options) >= kHeldOut) {
-    throw std::invalid_argument(
-        fmt::format("seeds from {} on are held out: no table is made from them", kHeldOut));
   }
   const WorkFolder work;
   const fs::path out = options.keep.empty() ? work.path() / "results" : fs::path(options.keep);
@@ -256,7 +161,6 @@ int study(const Options& options) {
     cases::StudyPart part = run_part(options, folders, load, out);
     if (!part.cases.empty()) parts.push_back(std::move(part));
   }
-  write_names(parts, options);
   if (options.json) {
     fmt::print("{}", cases::study_json(parts));
     return 0;
@@ -293,8 +197,7 @@ void add_options(CLI::App& app, Options& options) {
   app.add_flag("--list", options.list, "one line per case");
   auto* generate =
       app.add_option("--generate", options.generate, "number of cases to make and score");
-  auto* seed =
-      app.add_option("--seed", options.seed, "for --generate; 100000 and above are held out");
+  auto* seed = app.add_option("--seed", options.seed, "for --generate");
   generate->needs(seed);
   app.add_flag("--load", options.load, "with --generate: as many again with an unmeasured load")
       ->needs(generate);
@@ -313,11 +216,6 @@ void add_options(CLI::App& app, Options& options) {
                "reuse the answers in the folder of --keep, of the same cases and program");
   app.add_flag("--without-truth", options.without_truth,
                "remove the correct names from the catalogue, case by case");
-  app.add_option("--names", options.names,
-                 "write all given names and the values that determine their confidence, as CSV");
-  app.add_option("--calibrate", options.calibrate,
-                 "write the table of confidence, model/gap/confidence_table.cpp, from these names");
-  app.add_option("--given", options.given, "files of --names, for --calibrate in place of a run");
 }
 
 // Returns the exit code of the error.

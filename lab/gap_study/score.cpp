@@ -132,21 +132,13 @@ Answer parse_answer(std::string_view text) {
     const json root = json::parse(text);
     answer.verdict = root.at("verdict").get<std::string>();
     for (const json& entry : root.at("effects")) {
-      answer.effects.push_back(
-          {entry.at("name").get<std::string>(), entry.at("confidence").get<double>(),
-           numbers_in(entry.at("parameters")), number_at(entry, "lead_nats").value_or(std::nan("")),
-           entry.value("alternatives", std::vector<std::string>{})});
+      answer.effects.push_back({entry.at("name").get<std::string>(),
+                                entry.at("confidence").get<double>(),
+                                numbers_in(entry.at("parameters"))});
     }
     const json& gap = root.at("gap");
     answer.before = number_at(gap.at("before"), "holdout_rmse");
     answer.after = number_at(gap.at("after"), "holdout_rmse");
-    if (const auto rest = gap.find("rest"); rest != gap.end()) {
-      const auto number = [&](const char* key) {
-        return number_at(*rest, key).value_or(std::nan(""));
-      };
-      answer.rest = {rest->at("is_noise").get<bool>(), number("noise_ratio"), number("kurtosis"),
-                     number("answer_to_co"), number("closed")};
-    }
     for (const json& entry : root.value("candidates", json::array())) {
       answer.candidates.emplace_back(entry.at("name").get<std::string>(),
                                      number_at(entry, "rmse").value_or(std::nan("")));

@@ -31,18 +31,6 @@ struct NamedEffect {
   double confidence = 0.0;
   // Numbers only; curves are left out.
   std::map<std::string, double> parameters;
-  // Lead of the explanation over the best one without this name; NaN for a controller's settings.
-  double lead_nats = std::nan("");
-  std::vector<std::string> alternatives{};
-};
-
-// Remaining error of the chosen explanation, from gap.rest of gap.json.
-struct Rest {
-  bool is_noise = true;
-  double noise_ratio = std::nan("");
-  double kurtosis = std::nan("");
-  double answer_to_co = std::nan("");
-  double closed = std::nan("");
 };
 
 struct Answer {
@@ -55,7 +43,6 @@ struct Answer {
   std::optional<double> after;
   // (name, RMSE) in the order of gap.json.
   std::vector<std::pair<std::string, double>> candidates;
-  Rest rest;
   // Not set for an answer of an earlier run.
   std::optional<double> seconds;
 };

@@ -50,11 +50,13 @@ Effort effort_of(const Hypothesis& hypothesis) {
 class Competitors {
  public:
   Competitors(const Likelihood& likelihood, const std::vector<Law>& catalogue, const Slips& slips,
-              const numeric::ParallelFor& parallel, Competition start)
+              const numeric::ParallelFor& parallel, Competition start,
+              const std::function<void(double)>& progress)
       : likelihood_(likelihood),
         catalogue_(catalogue),
         slips_(slips),
         parallel_(parallel),
+        progress_(progress),
         out_(std::move(start)) {}
 
   Competition add() {
@@ -65,20 +67,28 @@ class Competitors {
 
   Competition run(std::size_t most_effects) {
     add_none();
+    say(0.1);
     add_singles();
+    say(0.45);
     search_again(kPolished, 400.0, 1);
     stick_from_backlash();
     stick_by_law(1);
+    say(0.7);
     for (std::size_t effects = 2; effects <= most_effects; ++effects) {
       if (!grow(effects)) break;
       search_again(4, 60.0, effects);
       stick_by_law(effects);
       step_back();
+      say(1.0 - 0.3 / static_cast<double>(effects));
     }
     return std::move(out_);
   }
 
  private:
+  void say(double done) const {
+    if (progress_) progress_(done);
+  }
+
   struct Task {
     Hypothesis hypothesis;
     Start start;
@@ -435,6 +445,7 @@ class Competitors {
   const std::vector<Law>& catalogue_;
   const Slips& slips_;
   const numeric::ParallelFor& parallel_;
+  const std::function<void(double)>& progress_;
   Competition out_;
 };
 
@@ -446,13 +457,16 @@ const Fit& Competition::none() const {
 }
 
 Competition compete(const Likelihood& likelihood, const std::vector<Law>& laws, const Slips& slips,
-                    std::size_t most_effects, const numeric::ParallelFor& parallel) {
-  return Competitors(likelihood, laws, slips, parallel, {}).run(most_effects);
+                    std::size_t most_effects, const numeric::ParallelFor& parallel,
+                    const std::function<void(double)>& progress) {
+  return Competitors(likelihood, laws, slips, parallel, {}, progress).run(most_effects);
 }
 
 void add_laws(Competition& competition, const Likelihood& likelihood, const std::vector<Law>& laws,
               const Slips& slips, const numeric::ParallelFor& parallel) {
-  competition = Competitors(likelihood, laws, slips, parallel, std::move(competition)).add();
+  const std::function<void(double)> silent;
+  competition =
+      Competitors(likelihood, laws, slips, parallel, std::move(competition), silent).add();
 }
 
 }  // namespace loopwarden::estimator

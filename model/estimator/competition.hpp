@@ -41,7 +41,8 @@ struct Competition {
 };
 
 Competition compete(const Likelihood& likelihood, const std::vector<Law>& laws, const Slips& slips,
-                    std::size_t most_effects, const numeric::ParallelFor& parallel);
+                    std::size_t most_effects, const numeric::ParallelFor& parallel,
+                    const std::function<void(double)>& progress = {});
 // Adds further laws, each separately.
 void add_laws(Competition& competition, const Likelihood& likelihood, const std::vector<Law>& laws,
               const Slips& slips, const numeric::ParallelFor& parallel);

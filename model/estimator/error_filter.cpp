@@ -99,10 +99,10 @@ std::vector<double> activity(const Blocks& blocks, std::span<const double> co, d
 }
 
 ErrorGrid::ErrorGrid(const Blocks& blocks, ErrorTimes times, double pv_span,
-                     std::vector<double> activity)
+                     double largest_disturbance, std::vector<double> activity)
     : blocks_(blocks), times_(times), activity_(std::move(activity)) {
   for (const double share : kLimits.disturbances) {
-    disturbance_.push_back(share * kLimits.largest_disturbance * pv_span);
+    disturbance_.push_back(share * largest_disturbance);
   }
   for (const double share : kLimits.law_errors) law_.push_back(share * pv_span);
   std::vector<double> variance(blocks.count());

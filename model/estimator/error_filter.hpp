@@ -68,7 +68,9 @@ std::vector<double> activity(const Blocks& blocks, std::span<const double> co, d
 // The filters of all pairs (q, c).
 class ErrorGrid {
  public:
-  ErrorGrid(const Blocks& blocks, ErrorTimes times, double pv_span, std::vector<double> activity);
+  // `largest_disturbance`: PV units per root second.
+  ErrorGrid(const Blocks& blocks, ErrorTimes times, double pv_span, double largest_disturbance,
+            std::vector<double> activity);
 
   std::size_t disturbances() const noexcept { return disturbance_.size(); }
   std::size_t laws() const noexcept { return law_.size(); }

@@ -53,11 +53,10 @@ std::vector<Candidate> catalogue_for(const Observed& observed, const LoopFacts& 
                            .time_constant_s = loop.answer_s - model.process.dead_time_s,
                            .dead_time_s = model.process.dead_time_s});
   const bool still = *high - *low < kLeastMovement * loop.co_span;
-  const bool level_free = loop.wide || model.process.integrating();
   std::erase_if(all, [&](const Candidate& c) {
     const bool plant = c.block == Block::valve || c.block == Block::process;
     return (plant && still) || (c.block == Block::valve && !model.has_valve) ||
-           (c.is_level && level_free) || (loop.wide && changes_process(c)) ||
+           (c.is_level && loop.level_free) || (loop.wide && changes_process(c)) ||
            std::find(options.without.begin(), options.without.end(), c.name) !=
                options.without.end();
   });
@@ -74,14 +73,18 @@ std::vector<Candidate> catalogue_for(const Observed& observed, const LoopFacts& 
 }
 
 // Forms of one effect share a line.
-void add_probability(std::vector<std::pair<std::string, double>>& posterior,
-                     const std::string& title, double probability) {
+void add_probability(std::vector<std::pair<std::vector<std::string>, double>>& posterior,
+                     const Hypothesis& hypothesis, double probability) {
+  std::vector<std::string> names;
+  for (const Law* term : hypothesis.terms()) {
+    names.emplace_back(term->named ? term->name : "learned");
+  }
   const auto line = std::find_if(posterior.begin(), posterior.end(),
-                                 [&](const auto& l) { return l.first == title; });
+                                 [&](const auto& l) { return l.first == names; });
   if (line != posterior.end()) {
     line->second += probability;
   } else {
-    posterior.emplace_back(title, probability);
+    posterior.emplace_back(std::move(names), probability);
   }
 }
 
@@ -89,7 +92,7 @@ class Estimator {
  public:
   Estimator(const Observed& observed, const plant::LoopModel& model, const Options& options,
             const numeric::ParallelFor& parallel)
-      : loop_(plant::without_noise(model)),
+      : loop_(plant::without_noise(model), options.level_known, options.largest_disturbance),
         fitted_(observed.pv.size() * 2 / 3),
         noise_rms_(noise_of(observed, fitted_, model.transmitter.resolution, loop_.pv_span)),
         observed_(without_spikes(observed, fastest_pv() + kSpike * noise_rms_, kLongestSpike)),
@@ -111,7 +114,8 @@ class Estimator {
                                .co_low = loop_.model.has_valve ? *low : 0.0,
                                .co_high = loop_.model.has_valve ? *high : 0.0});
     }
-    competition_ = compete(likelihood_, named_, slips_, options.most_effects, parallel);
+    competition_ =
+        compete(likelihood_, named_, slips_, options.most_effects, parallel, options.progress);
   }
 
   Estimate answer() {
@@ -119,6 +123,7 @@ class Estimator {
     out.noise_rms = noise_rms_;
     out.pv_before = base_run();
     out.before = errors_of(out.pv_before);
+    out.adjusted = corrected(within(competition_.none()));
     drop_idle(out.pv_before);
     Fit chosen = judged(out);
     // A single name competes with its own law at other places and times; if no name explains the
@@ -142,11 +147,10 @@ class Estimator {
     const double unnamed = kLimits.unnamed[!explained(out, chosen)                ? 2
                                            : within(out.after.holdout, out.floor) ? 0
                                                                                   : 1];
-    out.posterior.emplace_back("unnamed", unnamed);
+    out.posterior.emplace_back(std::vector<std::string>{"unnamed"}, unnamed);
     for (std::size_t i = 0; i < weight.size(); ++i) {
       out.ranked.push_back(rank(competition_.fits[i], weight[i]));
-      add_probability(out.posterior, competition_.fits[i].hypothesis.title(),
-                      (1.0 - unnamed) * weight[i]);
+      add_probability(out.posterior, competition_.fits[i].hypothesis, (1.0 - unnamed) * weight[i]);
     }
     std::stable_sort(out.posterior.begin(), out.posterior.end(),
                      [](const auto& a, const auto& b) { return a.second > b.second; });
@@ -224,13 +228,14 @@ class Estimator {
   }
 
   // The free run with gain, lag, dead time and level within the uncertainty of the model.
-  std::vector<double> run_within(Fit fit) const {
-    if (loop_.wide) return run_of(fit);
+  std::vector<double> run_within(const Fit& fit) const { return run_of(within(fit)); }
+  Fit within(Fit fit) const {
+    if (loop_.wide) return fit;
     for (Eigen::Index i = fit.hypothesis.changes_gain() ? 1 : 0; i < 4; ++i) {
       const double most = likelihood_.allowed(static_cast<std::size_t>(i)) / kLimits.uncertainty;
       fit.solution.mean(i) = std::clamp(fit.solution.mean(i), -most, most);
     }
-    return run_of(fit);
+    return fit;
   }
   std::vector<double> base_run() const { return run_within(competition_.none()); }
 
@@ -255,14 +260,20 @@ class Estimator {
   }
 
   Ranked rank(const Fit& fit, double weight) const {
-    Ranked out{fit.hypothesis.title(), fit.score, fit.log_likelihood(), weight, {}, {}, {}};
+    Ranked out{.title = fit.hypothesis.title(),
+               .named = fit.hypothesis.named(),
+               .score = fit.score,
+               .log_likelihood = fit.log_likelihood(),
+               .weight = weight};
     const Point point = fit.hypothesis.at(fit.population.top().z);
     out.error =
         likelihood_.errors().size_at(likelihood_.errors().index(point.disturbance, point.law));
     const auto solved = fit.solution.solved(fit.hypothesis, likelihood_.fixed());
     for (std::size_t i = 0; i < fit.hypothesis.terms().size(); ++i) {
-      for (const auto& [name, value] :
-           fit.hypothesis.terms()[i]->effect(point.searched[i], solved[i]).parameters) {
+      const Law& term = *fit.hypothesis.terms()[i];
+      out.effects.push_back(term.effect(point.searched[i], solved[i]));
+      out.blocks.push_back(term.block);
+      for (const auto& [name, value] : out.effects.back().parameters) {
         out.parameters += numeric::text(" %s %.4g", name.c_str(), value);
       }
     }
@@ -376,7 +387,7 @@ class Estimator {
   double floor_of(const Fit& fit, double with_flexible) const {
     const double returns_s = std::min(300.0, likelihood_.blocks().duration_s());
     const double own = size_of(fit).disturbance;
-    const bool at_limit = own > 0.99 * kLimits.largest_disturbance * loop_.pv_span;
+    const bool at_limit = own > 0.99 * loop_.largest_disturbance;
     const double disturbance =
         at_limit ? 0.0 : std::min(own, with_flexible) * std::sqrt(0.5 * returns_s);
     return std::hypot(noise_rms_, disturbance);
@@ -459,8 +470,14 @@ class Estimator {
       }
       out.effects.push_back(std::move(found));
     }
-    out.corrected = run_.corrected(chosen.hypothesis, point, chosen.solution.gain(),
-                                   chosen.solution.mean(3), solved);
+    out.corrected = corrected(chosen);
+  }
+
+  plant::LoopModel corrected(const Fit& fit) const {
+    const Eigen::VectorXd& mean = fit.solution.mean;
+    return run_.corrected(fit.hypothesis, fit.hypothesis.at(fit.population.top().z),
+                          {mean.data(), static_cast<std::size_t>(mean.size())},
+                          fit.solution.solved(fit.hypothesis, likelihood_.fixed()));
   }
 
   LoopFacts loop_;

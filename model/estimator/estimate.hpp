@@ -11,6 +11,7 @@
 // give the same bits on any number of threads. docs/math/estimator.md explains the method.
 #pragma once
 
+#include <functional>
 #include <map>
 #include <string>
 #include <utility>
@@ -18,6 +19,7 @@
 
 #include "model/effects/effect_spec.hpp"
 #include "model/estimator/blocks.hpp"
+#include "model/estimator/constants.hpp"
 #include "model/estimator/judgement.hpp"
 #include "model/numeric/parallel.hpp"
 #include "model/plant/loop_model.hpp"
@@ -27,6 +29,9 @@ namespace loopwarden::estimator {
 struct Options {
   std::vector<std::string> without{};  // names that are not given
   std::size_t most_effects = 3;
+  bool level_known = true;  // false: PV at CO 0 is that of the record
+  double largest_disturbance = kLimits.largest_disturbance;  // of the PV span per root second
+  std::function<void(double)> progress{};                    // gets the share that is done
 };
 
 enum class Verdict : std::uint8_t { no_gap, missing_effect, unexplained };
@@ -48,19 +53,22 @@ struct Errors {
 // One hypothesis, for the report.
 struct Ranked {
   std::string title;
-  double score = 0.0;           // nats
-  double log_likelihood = 0.0;  // nats
+  bool named = true;  // by the catalogue
+  std::vector<effects::EffectSpec> effects{};
+  std::vector<effects::Block> blocks{};  // of the effects
+  double score = 0.0;                    // nats
+  double log_likelihood = 0.0;           // nats
   double weight = 0.0;
-  Errors left;
-  ErrorSize error;
-  std::string parameters;
+  Errors left{};
+  ErrorSize error{};
+  std::string parameters{};
 };
 
 struct Estimate {
   Verdict verdict = Verdict::no_gap;
   std::vector<Found> effects;
-  // Hypotheses by probability; "unnamed": none of the catalogue. The sum is 1.
-  std::vector<std::pair<std::string, double>> posterior;
+  // Hypotheses by probability; {"unnamed"}: none of the catalogue. The sum is 1.
+  std::vector<std::pair<std::vector<std::string>, double>> posterior;
   std::vector<Ranked> ranked;
   Errors before, after;
   double with_slips = 0.0;  // PV units, last third, with the slips that PV shows there
@@ -77,6 +85,7 @@ struct Estimate {
   std::size_t evaluations = 0;
   std::vector<double> pv_before, pv_after;  // PV units
   plant::LoopModel corrected;
+  plant::LoopModel adjusted;  // without an effect, within the uncertainty of the model
 };
 
 // `model`: at the period of the record. `resolution`: of the transmitter, PV units.

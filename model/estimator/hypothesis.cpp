@@ -39,13 +39,15 @@ effects::SearchRange actuator_damping(const plant::LoopModel& model) {
 
 }  // namespace
 
-LoopFacts::LoopFacts(const plant::LoopModel& given)
+LoopFacts::LoopFacts(const plant::LoopModel& given, bool level_known, double disturbance)
     : model(given),
       wide(!given.process.integrating() && (given.uncertainty.gain > kLimits.wide ||
                                             given.uncertainty.time_constant > kLimits.wide)),
+      level_free(wide || given.process.integrating() || !level_known),
       answer_s(std::max(plant::answer_s(given), given.sample_time_s)),
       pv_span(given.transmitter.span()),
       co_span(given.controller.pid.output_span()),
+      largest_disturbance(disturbance * pv_span),
       damping(actuator_damping(given)),
       frequency(actuator_frequency(given)),
       friction{"friction", 1e-4 * co_span, kLimits.healthy_friction * co_span, true, 1},

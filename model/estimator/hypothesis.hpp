@@ -17,6 +17,7 @@
 #include <string>
 #include <vector>
 
+#include "model/estimator/constants.hpp"
 #include "model/estimator/law.hpp"
 #include "model/plant/loop_model.hpp"
 
@@ -51,12 +52,16 @@ struct Layout {
 
 // The loop as all hypotheses share it.
 struct LoopFacts {
-  explicit LoopFacts(const plant::LoopModel& model);
-  plant::LoopModel model;  // without noise and rounding, at the period of the record
-  bool wide;               // time constant and dead time are coordinates
-  double answer_s;         // lags plus dead time
-  double pv_span;          // PV units
-  double co_span;          // CO units
+  // `largest_disturbance`: of the PV span per root second.
+  explicit LoopFacts(const plant::LoopModel& model, bool level_known = true,
+                     double largest_disturbance = kLimits.largest_disturbance);
+  plant::LoopModel model;      // without noise and rounding, at the period of the record
+  bool wide;                   // time constant and dead time are coordinates
+  bool level_free;             // the model does not know PV at CO 0
+  double answer_s;             // lags plus dead time
+  double pv_span;              // PV units
+  double co_span;              // CO units
+  double largest_disturbance;  // PV units per root second
   effects::SearchRange damping, frequency, friction, time_factor, dead_factor;
 };
 

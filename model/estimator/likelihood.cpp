@@ -25,9 +25,8 @@ std::vector<double> prior_deviations(const LoopFacts& loop, std::size_t fixed) {
                 : std::max(part * unknown.dead_time * model.process.dead_time_s,
                            part * model.sample_time_s)};
   // A model that states no level means PV 0 at CO 0.
-  prior.push_back(!loop.wide && !model.process.integrating()
-                      ? kLimits.level * std::abs(model.process.gain) * loop.co_span
-                      : kLimits.free_level * loop.pv_span);
+  prior.push_back(!loop.level_free ? kLimits.level * std::abs(model.process.gain) * loop.co_span
+                                   : kLimits.free_level * loop.pv_span);
   const bool integrating = model.process.integrating();
   for (std::size_t i = 1; i < fixed; ++i) {
     prior.push_back((i == 1 && integrating ? 10.0 : kLimits.start) * loop.pv_span);
@@ -62,7 +61,7 @@ Likelihood::Likelihood(const LoopFacts& loop, const LoopRun& run, const Observed
       errors_(blocks_,
               {.returns_s = std::max(blocks_.duration_s(), 20.0 * loop.answer_s),
                .answer_s = loop.answer_s},
-              loop.pv_span,
+              loop.pv_span, loop.largest_disturbance,
               activity(blocks_, observed.co, loop.model.process.dead_time_s, loop.answer_s)),
       slips_(slips),
       pv_(blocks_.pv()) {

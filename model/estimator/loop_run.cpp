@@ -307,15 +307,16 @@ void LoopRun::read(const Hypothesis& hypothesis, const Point& point,
   reading.run(std::span<double>(pv).subspan(1), h, h);
 }
 
-plant::LoopModel LoopRun::corrected(const Hypothesis& hypothesis, const Point& point, double gain,
-                                    double level,
+plant::LoopModel LoopRun::corrected(const Hypothesis& hypothesis, const Point& point,
+                                    std::span<const double> linear,
                                     const std::vector<std::vector<double>>& solved) const {
   plant::LoopModel model = loop_.model;
-  model.process.time_constant_s = point.time_constant_s;
-  model.process.dead_time_s = point.dead_time_s;
-  if (!hypothesis.changes_gain()) model.process.gain *= gain;
-  if (!model.process.integrating()) {
-    model.process.level = model.process.level.value_or(0.0) + level;
+  plant::ProcessParameters& process = model.process;
+  process.time_constant_s = point.time_constant_s * std::exp(linear[Columns::kLag]);
+  process.dead_time_s = point.dead_time_s + linear[Columns::kDeadTime];
+  if (!hypothesis.changes_gain()) process.gain *= 1.0 + linear[Columns::kGain];
+  if (!process.integrating()) {
+    process.level = process.level.value_or(0.0) + linear[Columns::kFirstFixed];
   }
   std::vector<Placed> valve = always(model.valve_effects);
   for (std::size_t i = 0; i < hypothesis.terms().size(); ++i) {
@@ -329,6 +330,14 @@ plant::LoopModel LoopRun::corrected(const Hypothesis& hypothesis, const Point& p
       case Block::controller: break;
     }
   }
+  // Without a stem that has momentum, the delay of the actuator belongs to the dead time.
+  const bool moves = std::any_of(valve.begin(), valve.end(), [](const Placed& p) {
+    return p.spec.parameters.contains("natural_frequency");
+  });
+  if (point.actuator_frequency > 0.0 && !moves) {
+    process.dead_time_s += 2.0 * point.actuator_damping / point.actuator_frequency;
+  }
+  process.dead_time_s = std::max(0.0, process.dead_time_s);
   model.valve_effects.clear();
   for (Placed& placed : valve) model.valve_effects.push_back(std::move(placed.spec));
   return model;

@@ -57,9 +57,11 @@ class LoopRun {
   // Passes PV of the free run through the effects that bend or clip the reading.
   void read(const Hypothesis& hypothesis, const Point& point, std::vector<double>& pv) const;
 
-  // The model with the effects in their places. `gain`: K'. `solved`: one list per effect.
-  plant::LoopModel corrected(const Hypothesis& hypothesis, const Point& point, double gain,
-                             double level, const std::vector<std::vector<double>>& solved) const;
+  // The model with the effects in their places. `linear`: K' - 1, ln T, dead time and level, in the
+  // order of Columns. `solved`: one list per effect.
+  plant::LoopModel corrected(const Hypothesis& hypothesis, const Point& point,
+                             std::span<const double> linear,
+                             const std::vector<std::vector<double>>& solved) const;
 
  private:
   struct Placed {

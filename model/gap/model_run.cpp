@@ -7,8 +7,9 @@
 
 #include "model/effects/catalogue.hpp"
 #include "model/gap/constants.hpp"
-#include "model/gap/free_run.hpp"
 #include "model/gap/record.hpp"
+#include "model/numeric/two_columns.hpp"
+#include "model/plant/plant.hpp"
 #include "model/plant/simulated_loop.hpp"
 
 namespace loopwarden::gap {
@@ -41,17 +42,46 @@ double resting_band(const plant::LoopModel& model) {
   return band;
 }
 
-// As the transmitter shows it; its range ends nothing where the record goes beyond.
-std::vector<double> shown(const FreeRun& run, const std::vector<double>& measured,
-                          std::vector<double> pv) {
-  run.show({}, {}, pv);
-  const plant::TransmitterParameters& range = run.model().transmitter;
-  const auto [low, high] = std::minmax_element(measured.begin(), measured.end());
-  for (double& v : pv) {
-    if (*low >= range.low) v = std::max(v, range.low);
-    if (*high <= range.high) v = std::min(v, range.high);
+// PV of the plant from rest at `below_co` under the first CO.
+std::vector<double> simulated(const plant::LoopModel& model, const std::vector<double>& co,
+                              double below_co) {
+  plant::Plant plant(model, 1);
+  plant.reset(co.front() - below_co);
+  if (below_co != 0.0) plant.step(co.front());
+  std::vector<double> pv;
+  for (const double u : co) {
+    pv.push_back(plant.process_variable());
+    plant.step(u);
   }
   return pv;
+}
+
+// Adds the unknown state at the first sample, which the lags of the process forget: two columns,
+// fitted to the samples that remember it. An integrating process keeps a level and a slope.
+void add_start(const plant::LoopModel& model, const std::vector<double>& measured_pv,
+               const std::vector<bool>& measured, std::vector<double>& pv) {
+  const plant::ProcessParameters& process = model.process;
+  const std::size_t fitted = training_samples(pv.size());
+  const double lag = std::max(process.time_constant_s, process.second_time_constant_s) /
+                     std::max(model.sample_time_s, 1e-12);
+  constexpr double kRemembered = 5.0;  // time constants
+  const double end = process.integrating()
+                         ? static_cast<double>(fitted)
+                         : kRemembered * lag + process.dead_time_s / model.sample_time_s + 2.0;
+  const auto column = [&](std::size_t i, std::size_t k) {
+    const auto t = static_cast<double>(k);
+    if (process.integrating()) return i == 0 ? 1.0 : t / static_cast<double>(pv.size());
+    const double at = lag > 0.0 ? t / lag : t;
+    return (i == 0 ? 1.0 : at) * std::exp(-at);
+  };
+  numeric::TwoColumns sums;
+  for (std::size_t k = 0; k < fitted && static_cast<double>(k) < end; ++k) {
+    if (measured[k]) sums.add(column(0, k), column(1, k), measured_pv[k] - pv[k]);
+  }
+  if (sums.count < 2 || sums.depends(1e-9)) return;
+  const double a = sums.p();
+  const double b = sums.q();
+  for (std::size_t k = 0; k < pv.size(); ++k) pv[k] += a * column(0, k) + b * column(1, k);
 }
 
 }  // namespace
@@ -106,43 +136,28 @@ std::vector<double> closed_loop(const plant::LoopModel& model, const std::vector
   return pv;
 }
 
-std::vector<double> free_run(const plant::LoopModel& model, const std::vector<double>& co,
-                             const std::vector<double>& pv, const std::vector<bool>& measured,
-                             double start_offset, Level level) {
-  const FreeRun run(model, co, level);
+std::vector<double> free_run(const plant::LoopModel& given, const std::vector<double>& co,
+                             const std::vector<double>& pv, const std::vector<bool>& measured) {
+  plant::LoopModel model = plant::without_noise(given);
   const SampleRange training{0, training_samples(co.size())};
-  std::vector<std::vector<double>> columns;
-  // From a stem that rests `below_co` below CO.
-  const auto from = [&](double below_co) {
-    Point point;
-    point.time_constant_s = model.process.time_constant_s;
-    point.dead_time_s = model.process.dead_time_s;
-    point.start_offset = below_co;
-    run.columns({}, point, columns);
-    return run.with_past(point, columns, pv, measured, training.end);
-  };
-  std::vector<double> best = from(0.0);
+  // A range that the record exceeds is not that of the transmitter.
+  const auto [low, high] = std::minmax_element(pv.begin(), pv.end());
+  if (*low < model.transmitter.low) model.transmitter.low = -1e300;
+  if (*high > model.transmitter.high) model.transmitter.high = 1e300;
+  std::vector<double> best;
+  double least = 0.0;
   const double band = resting_band(model);
-  if (band <= 0.0) return shown(run, pv, std::move(best));
-  double best_rms = rms_between(pv, best, measured, training);
-  double best_place = 0.0;
-  const auto offer = [&](double place) {
-    std::vector<double> tried = from(band * place);
-    const double tried_rms = rms_between(pv, tried, measured, training);
-    if (!(tried_rms < best_rms)) return;
-    best_rms = tried_rms;
-    best_place = place;
-    best = std::move(tried);
-  };
-  offer(start_offset / band);
   constexpr int kPlaces = 12;  // to each side of CO
-  for (int i = -kPlaces; i <= kPlaces; ++i) offer(static_cast<double>(i) / kPlaces);
-  for (double step = 0.5 / kPlaces; step > 0.02 / kPlaces; step /= 2.0) {
-    const double around = best_place;
-    if (around - step >= -1.0) offer(around - step);
-    if (around + step <= 1.0) offer(around + step);
+  for (int i = -kPlaces; i <= kPlaces; ++i) {
+    if (band <= 0.0 && i != 0) continue;
+    std::vector<double> tried = simulated(model, co, band * i / kPlaces);
+    add_start(model, pv, measured, tried);
+    const double left = rms_between(pv, tried, measured, training);
+    if (!best.empty() && !(left < least)) continue;
+    least = left;
+    best = std::move(tried);
   }
-  return shown(run, pv, std::move(best));
+  return best;
 }
 
 }  // namespace loopwarden::gap

@@ -1,17 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-// PV of a whole model as it stands, and how far it is from the record: what gap.json's `before` and
-// `after` are made of. Nothing is fitted but the unknown state at the first sample.
+// PV of a model as given, and its error: `before` and `after` of gap.json. Only the unknown state at
+// the first sample is fitted.
 //
-//   rmse = sqrt(mean (measured - simulated)^2)         over the samples that count, PV units
+//   rmse = sqrt(mean (measured - simulated)^2)         over the counted samples, PV units
 //   fit  = 100 (1 - rmse / standard deviation of the measured PV), %; none below three noise floors
 //
-// What it can't do: a record that starts in the middle of a slip has a state that a place of the
-// stem and two numbers of the process describe only nearly.
+// Limit: a record that starts in the middle of a slip has a state that a position of the stem and
+// two numbers of the process describe only nearly.
 #pragma once
 
 #include <vector>
 
-#include "model/gap/free_run.hpp"
 #include "model/gap/record.hpp"
 #include "model/gap/result.hpp"
 #include "model/plant/loop_model.hpp"
@@ -30,12 +29,9 @@ Misfit misfit_of(const std::vector<double>& pv, const std::vector<double>& simul
 std::vector<double> closed_loop(const plant::LoopModel& model, const std::vector<double>& sp,
                                 double first_pv);
 
-// PV of the model driven by `co`, as its transmitter shows it, from the samples where `measured`.
-// The state at the start is fitted to the first two thirds, and so is the level unless it is the
-// model's. A stem's place is fitted from a grid and, if one is known already, `start_offset` (CO
-// units below CO).
+// PV of the model driven by `co`. The state at the start is fitted to the samples where `measured`;
+// a stem that sticks starts where it leaves least on the first two thirds.
 std::vector<double> free_run(const plant::LoopModel& model, const std::vector<double>& co,
-                             const std::vector<double>& pv, const std::vector<bool>& measured,
-                             double start_offset = 0.0, Level level = Level::of_model);
+                             const std::vector<double>& pv, const std::vector<bool>& measured);
 
 }  // namespace loopwarden::gap

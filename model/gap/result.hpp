@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the gap workflow found: everything that gap.json, the corrected model and the report show.
+// Result of the gap workflow: everything that gap.json, the corrected model and the report show.
 #pragma once
 
 #include <array>
@@ -20,7 +20,7 @@ inline constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 enum class Outcome : std::uint8_t { missing_effect, no_gap, unexplained };
 const char* to_text(Outcome outcome) noexcept;
 
-// Something about the record that a reader of the result must know.
+// A property of the record that a reader of the result must know.
 struct RecordNote {
   std::string what;  // e.g. "frozen", "saturated", "missing", "little movement"
   std::string text;  // one sentence
@@ -28,11 +28,11 @@ struct RecordNote {
   double to_s = kNone;
 };
 
-// What the record itself says about its quality.
+// Quality of the record.
 struct RecordCheck {
   bool usable = true;
-  std::string refusal;            // why not, where not usable
-  std::vector<RecordNote> notes;  // went on in spite of these
+  std::string refusal;            // reason, if not usable
+  std::vector<RecordNote> notes;  // of a usable record
   double noise_rms = 0.0;         // PV units: white noise and rounding, from second differences
   double pv_resolution = 0.0;     // PV units, smallest step between neighbours; 0: not seen
   double co_resolution = 0.0;     // CO units
@@ -44,7 +44,7 @@ struct RecordCheck {
 struct FoundEffect {
   effects::EffectSpec spec;  // for controller_mismatch: kp, ki as found in the record
   effects::Block block = effects::Block::valve;
-  double confidence = 0.0;                // 0 to 1, as in confidence.hpp
+  double confidence = 0.0;                // 0 to 1: sum over the hypotheses with this name
   double lead_nats = kNone;               // over the best without it; NaN: controller
   std::vector<std::string> alternatives;  // names the record can't tell apart
   std::map<std::string, std::array<double, 2>> interval;  // 95 %, for each parameter
@@ -60,24 +60,26 @@ struct Misfit {
   double holdout_fit_percent = kNone;  // NaN: PV hardly moves
 };
 
-// What the chosen explanation leaves of PV, sample by sample.
-struct Rest {
-  bool is_noise = true;         // noise and a quiet load account for it
-  double noise_ratio = kNone;   // its noise over the record's own; 1: all is explained
-  double kurtosis = kNone;      // 3 for Gaussian noise
-  double answer_to_co = kNone;  // F ratio of it regressed on past moves of CO
-  double closed = kNone;        // share of the gap that is closed, first two thirds
-  double quiet_rmse = kNone;    // PV units: of the free run's, by noise, load and a healthy valve
+// One hypothesis: effects that the model lacks together.
+struct Probability {
+  std::vector<std::string> effects;  // empty: the model lacks none; "unnamed": no name fits
+  double probability = 0.0;
 };
 
-// What nothing can close, PV units. A load counts only as far as what is left on the last third
-// passes for one: noise and a quiet load account for it, and it does not follow SP or CO
-// (independence.hpp).
+// The remaining error on the first two thirds.
+struct Rest {
+  bool is_noise = true;       // noise and a small disturbance account for it
+  double closed = kNone;      // share of the gap that is closed
+  double quiet_rmse = kNone;  // PV units: error that noise, disturbance and a healthy valve leave
+};
+
+// Error that no model can close, PV units. The disturbance counts only as far as no law of CO
+// explains it better.
 struct Floor {
   double transmitter_rmse = 0.0;  // noise and resolution, from PV itself
-  double load_rmse = 0.0;
+  double load_rmse = 0.0;         // unmeasured disturbance
   bool load_tested = false;
-  std::string why_not_tested{};  // a clause, where it was not
+  std::string why_not_tested{};  // a clause, if it was not tested
 
   double rmse() const noexcept { return std::hypot(transmitter_rmse, load_rmse); }
 };
@@ -92,7 +94,7 @@ enum class LooksLike : std::uint8_t {
 };
 const char* to_text(LooksLike what) noexcept;
 
-// What is left of the gap on the holdout, above the noise floor.
+// Remaining error on the last third, above the noise floor.
 struct Remainder {
   double rmse = kNone;   // PV units
   double share = kNone;  // of the gap, 0 to 2; NaN: the gap is too near to the noise floor to say
@@ -101,9 +103,7 @@ struct Remainder {
 };
 
 struct Step {
-  enum class Change : std::uint8_t { added, taken_out };
-  std::string effect;
-  Change change = Change::added;
+  std::string effect;   // added
   double rmse = kNone;  // PV units, first two thirds
   double holdout_rmse = kNone;
 };
@@ -120,7 +120,7 @@ struct Located {
   double share_of_gap = 0.0;  // adds up to 1 within each `by`
 };
 
-// A competitor, fitted alone to what the model lacks.
+// An effect that was fitted without others.
 struct TriedCandidate {
   std::string name;
   effects::Block block = effects::Block::valve;
@@ -146,6 +146,7 @@ struct Result {
   bool closed_loop = false;  // compared as a closed loop, because CO was not measured
   RecordCheck check;
   std::vector<FoundEffect> effects;
+  std::vector<Probability> posterior;  // likeliest first; the sum is 1
   Rest rest;
   Floor floor;
   double load_intensity = 0.0;  // PV units per root second, of the unmeasured load; 0: none seen
@@ -157,7 +158,7 @@ struct Result {
   std::vector<Located> located;
   std::vector<TriedCandidate> candidates;
   plant::LoopModel model, corrected;
-  plant::LoopModel adjusted;    // the model, its process within its uncertainty where it fits best
+  plant::LoopModel adjusted;    // the model with its process moved within its uncertainty
   double holdout_from_s = 0.0;  // s
   Series series;
 };

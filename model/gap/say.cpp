@@ -2,9 +2,7 @@
 #include "model/gap/say.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <map>
 #include <utility>
 
 #include "model/effects/catalogue.hpp"
@@ -12,41 +10,8 @@
 #include "model/numeric/text.hpp"
 
 namespace loopwarden::gap {
-namespace {
 
 using numeric::text;
-
-std::map<std::string, std::array<double, 2>> intervals(const Fit& fit, std::size_t index,
-                                                       const Fitter& fitter,
-                                                       const effects::EffectSpec& spec) {
-  const std::vector<double> spread = fitter.spread(fit, index);
-  const Candidate& term = *fit.terms[index];
-  const std::vector<double>& searched = fit.point.searched[index];
-  std::map<std::string, double> deviations;
-  for (std::size_t j = 0; j < term.search.size(); ++j) deviations[term.search[j].name] = spread[j];
-  for (std::size_t j = 0; j < term.solved.size(); ++j) {
-    deviations[term.solved[j]] = spread[term.search.size() + j];
-  }
-  if (term.deviations != nullptr) term.deviations(searched, spread, spec, deviations);
-  std::map<std::string, std::array<double, 2>> out;
-  for (const auto& [name, value] : spec.parameters) {
-    const auto it = deviations.find(name);
-    if (it != deviations.end()) {
-      out[name] = {value - k95 * it->second, value + k95 * it->second};
-    }
-  }
-  return out;
-}
-
-// Up to where other fits are that the record can't tell from the chosen one.
-void widen(std::map<std::string, std::array<double, 2>>& intervals,
-           const effects::EffectSpec& other) {
-  for (auto& [name, interval] : intervals) {
-    const auto it = other.parameters.find(name);
-    if (it == other.parameters.end()) continue;
-    interval = {std::min(interval[0], it->second), std::max(interval[1], it->second)};
-  }
-}
 
 std::string parameters_text(const effects::EffectSpec& spec) {
   std::string out;
@@ -65,149 +30,22 @@ std::string parameters_text(const effects::EffectSpec& spec) {
   return out;
 }
 
-effects::EffectSpec spec_of(const FreeRun& run, const Fit& fit, std::size_t index) {
-  const plant::LoopModel model = run.corrected(fit.terms, fit.point, fit.solved);
-  const char* name = fit.terms[index]->name;
-  for (const auto* list : {&model.valve_effects, &model.process_effects, &model.transmitter_effects,
-                           &model.disturbances}) {
-    for (auto it = list->rbegin(); it != list->rend(); ++it) {
-      if (it->name == name) return *it;
-    }
-  }
-  return {};
-}
-
-// The largest of its sizes in CO units: bands, jumps, flows; a place in the travel is none.
-double size_of(const effects::EffectSpec& spec) {
-  constexpr std::array<std::string_view, 2> kPlaces{"position", "travel_limit"};
-  const effects::Descriptor* info = effects::find_effect(spec.name);
-  double size = 0.0;
-  for (const auto& [name, value] : spec.parameters) {
-    const effects::ParameterInfo* parameter =
-        info != nullptr ? effects::find_parameter(*info, name) : nullptr;
-    const bool is_place = std::find(kPlaces.begin(), kPlaces.end(), name) != kPlaces.end();
-    if (parameter != nullptr && !is_place && std::string_view(parameter->unit) == "CO units") {
-      size = std::max(size, value);
-    }
-  }
-  return size;
-}
-
-// A lead in words.
-const char* how_far(double nats) {
+const char* how_likely_without(double nats) {
   return nats < kTooClose      ? "hardly less likely"
          : nats < kFurtherGain ? "less likely"
                                : "far less likely";
 }
 
-std::string why_not(const Hypothesis& tried, const SearchResult& search, Outcome outcome) {
-  if (outcome == Outcome::no_gap) return "not needed: the model explains the record";
-  if (!std::isfinite(tried.score)) return "no better than a simpler effect";
-  if (!tried.placed) {
-    return "acts at one valve position only, and CO never left and re-entered that position";
-  }
-  const double behind = search.chosen.score - tried.score;
-  if (search.chosen.fit.terms.empty()) {
-    return text("explains too little: %.3g of the rmse %.3g remains", tried.training_rmse,
-                search.base_rmse);
-  }
-  if (behind < kTooClose) {
-    return text("cannot be distinguished here: rmse %.3g, the chosen effect %.3g",
-                tried.training_rmse, search.chosen.training_rmse);
-  }
-  return text("rmse %.3g, the chosen effect %.3g: %s", tried.training_rmse,
-              search.chosen.training_rmse, how_far(behind));
-}
-
-}  // namespace
-
-std::vector<FoundEffect> describe_effects(const Decision& decision, Proof proof,
-                                          const SearchResult& search, const ModelFit& model_fit) {
-  const Fit& fit = search.chosen.fit;
-  std::vector<FoundEffect> out;
-  for (std::size_t i = 0; i < decision.named.size(); ++i) {
-    const NamedEffect& named = decision.named[i];
-    FoundEffect effect;
-    effect.spec = spec_of(model_fit.run, fit, i);
-    effect.block = fit.terms[i]->block;
-    effect.interval = intervals(fit, i, model_fit.fitter, effect.spec);
-    for (const Hypothesis& h : search.alike) {
-      widen(effect.interval, spec_of(model_fit.run, h.fit, i));
-    }
-    effect.confidence = confidence_after(named.confidence, proof);
-    effect.lead_nats = named.lead_nats;
-    effect.alternatives = named.alternatives;
-    std::string doubt;
-    if (const effects::Descriptor* info = effects::find_effect(named.name)) {
-      const auto interval =
-          info->more_by != nullptr ? effect.interval.find(info->more_by) : effect.interval.end();
-      if (interval != effect.interval.end() && !(interval->second[0] > 0.0)) {
-        effect.confidence = std::min(effect.confidence, kMostLikeSimpler);
-        doubt = text("; %s could also be 0: a simpler effect may be as likely", info->more_by);
-      }
-      for (const char* part : info->made_of) {
-        if (std::find(effect.alternatives.begin(), effect.alternatives.end(), part) ==
-            effect.alternatives.end()) {
-          effect.alternatives.emplace_back(part);
-        }
-      }
-    }
-    const control::PidSettings& pid = model_fit.run.model().controller.pid;
-    if (effect.block == effects::Block::valve &&
-        size_of(effect.spec) > kLargeValveEffect * pid.output_span()) {
-      effect.confidence = std::min(effect.confidence, kMostLarge);
-      doubt += text(
-          "; more than %.0f %% of the output's span: more likely the model is wrong (gain, "
-          "level or units)",
-          100.0 * kLargeValveEffect);
-    }
-    effect.evidence =
-        text(
-            "adding it (%s) reduces the rmse of the free run from %.3g to %.3g on the "
-            "fitted data; the best explanation without it is %s",
-            parameters_text(effect.spec).c_str(), search.base_rmse, search.chosen.training_rmse,
-            how_far(named.lead_nats)) +
-        doubt;
-    out.push_back(std::move(effect));
-  }
-  return out;
-}
-
-FoundEffect describe_level(const NamedEffect& named, const LevelFinding& level,
-                           const Misfit& before, const Misfit& after) {
-  FoundEffect effect;
-  effect.spec = {kLevelName, {{"bias", level.level}}};
-  effect.block = effects::Block::transmitter;
-  effect.interval["bias"] = {level.level - k95 * level.spread, level.level + k95 * level.spread};
-  effect.confidence = named.confidence;
-  effect.lead_nats = named.lead_nats;
-  effect.evidence = text(
-      "the model does not state PV at CO 0 (process.level), and the record shows %.4g there: "
-      "with it the free run's rmse falls from %.3g to %.3g on the data of the fit. If this "
-      "is the loop's own (room temperature, static head, base pressure), write it to "
-      "process.level; only otherwise is PV off",
-      level.level, before.training_rmse, after.training_rmse);
-  return effect;
-}
-
-TriedCandidate describe_level_tried(const LevelFinding& level, const SearchResult& search,
-                                    bool named, Outcome outcome) {
-  TriedCandidate tried;
-  tried.name = kLevelName;
-  tried.block = effects::Block::transmitter;
-  tried.spec = {kLevelName, {{"bias", level.level}}};
-  tried.rmse = search.base_rmse;
-  tried.score = level.lead_nats;
-  tried.chosen = named && outcome == Outcome::missing_effect;
-  if (!tried.chosen) tried.why_not = "is a part of every fit, and more than it is missing";
-  return tried;
+double rms_closed(double before_rmse, double after_rmse, double floor_rmse) noexcept {
+  if (!(before_rmse > floor_rmse)) return kNone;
+  return std::clamp((before_rmse - after_rmse) / (before_rmse - floor_rmse), -1.0, 1.0);
 }
 
 FoundEffect describe_controller(const ControllerFinding& found, const control::PidGains& model) {
   FoundEffect effect;
   effect.spec = {"controller_mismatch", {{"kp", found.kp}, {"ki", found.ki}}};
   effect.block = effects::Block::controller;
-  effect.confidence = controller_confidence();
+  effect.confidence = kControllerConfidence;
   effect.interval["kp"] = {found.kp - k95 * found.kp_spread, found.kp + k95 * found.kp_spread};
   effect.interval["ki"] = {found.ki - k95 * found.ki_spread, found.ki + k95 * found.ki_spread};
   std::string inlet;
@@ -281,39 +119,30 @@ std::vector<FoundEffect> describe_reading(const ReadingFinding& reading,
   return out;
 }
 
-std::vector<TriedCandidate> describe_tried(const SearchResult& search, const ModelFit& model_fit,
-                                           Outcome outcome) {
-  std::vector<TriedCandidate> out;
-  for (const Hypothesis& h : search.singles) {
-    TriedCandidate tried;
-    tried.name = h.fit.terms[0]->name;
-    tried.block = h.fit.terms[0]->block;
-    tried.spec = spec_of(model_fit.run, h.fit, 0);
-    tried.rmse = h.training_rmse;
-    tried.score = h.score;
-    tried.chosen = outcome == Outcome::missing_effect && contains(search.chosen.fit, tried.name);
-    if (!tried.chosen) tried.why_not = why_not(h, search, outcome);
-    out.push_back(std::move(tried));
+namespace {
+
+std::string list_of(const std::vector<std::string>& names) {
+  std::string out;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    out += (i == 0 ? "" : i + 1 == names.size() ? " and " : ", ") + names[i];
   }
   return out;
 }
 
-std::string hidden_by_load(const SearchResult& search, const ModelFit& model_fit) {
-  std::string out;
-  for (const Hypothesis& h : search.singles) {
-    const effects::Candidate& term = *h.fit.terms[0];
-    const bool slow =
-        std::string_view(term.name) == "output_bias" || std::string_view(term.name) == "drift";
-    if (!slow || !(model_fit.fitter.load_ratio(h.fit) > 0.0)) continue;
-    const effects::EffectSpec spec = spec_of(model_fit.run, h.fit, 0);
-    for (const auto& [name, interval] : intervals(h.fit, 0, model_fit.fitter, spec)) {
-      out +=
-          text("%s %s between %.2g and %.2g %s", out.empty() ? "" : ", or", term.name, interval[0],
-               interval[1], effects::find_parameter(*effects::find_effect(term.name), name)->unit);
-    }
+std::string unexplained_sentence(const Summary& r) {
+  std::string out =
+      text("Model and record differ by %.3g rms. No effect of the catalogue explains this.",
+           r.before.rmse);
+  if (!r.best.empty()) {
+    out += " The best candidate, " + list_of(r.best) + ", does not hold on unseen data.";
   }
-  return out.empty() ? out : "indistinguishable from the disturbance in this record:" + out;
+  if (r.remainder && r.remainder->looks_like != LooksLike::nothing_known) {
+    out += text(" The error looks like %s.", to_text(r.remainder->looks_like));
+  }
+  return out;
 }
+
+}  // namespace
 
 std::string sentence_of(const Summary& r) {
   if (r.outcome == Outcome::no_gap) {
@@ -321,67 +150,45 @@ std::string sentence_of(const Summary& r) {
                 r.after.rmse,
                 r.with_load ? "noise and an unmeasured disturbance" : "the noise of the record");
   }
-  if (r.outcome == Outcome::unexplained) {
-    std::string out =
-        text("Model and record differ by %.3g rms. No effect of the catalogue explains this.",
-             r.before.rmse);
-    if (!r.best.empty() && r.best_closed > 0.0) {
-      std::string names;
-      for (const std::string& name : r.best) names += (names.empty() ? "" : " and ") + name;
-      out += text(" The best candidate, %s, closes only %.0f %% of the gap on unseen data.",
-                  names.c_str(), 100.0 * r.best_closed);
-    }
-    if (r.remainder && r.remainder->looks_like != LooksLike::nothing_known) {
-      out += text(" The error looks like %s.", to_text(r.remainder->looks_like));
-    }
-    return out;
-  }
+  if (r.outcome == Outcome::unexplained) return unexplained_sentence(r);
   if (r.effects.size() == 1 && r.effects[0].spec.options.contains("description")) {
     return text(
-        "No effect of the catalogue fits, but the missing law could be learned: %s. Adding it "
+        "No effect of the catalogue fits, but a law at another place or time does: %s. Adding it "
         "reduces the error on unseen data from %.3g to %.3g PV units.",
         r.effects[0].spec.options.at("description").c_str(), r.before.holdout_rmse,
         r.after.holdout_rmse);
   }
-  std::string names;
-  for (std::size_t i = 0; i < r.effects.size(); ++i) {
-    names += i == 0 ? "" : i + 1 == r.effects.size() ? " and " : ", ";
-    names += r.effects[i].spec.name + " (" + parameters_text(r.effects[i].spec) + ")";
+  std::vector<std::string> parts;
+  for (const FoundEffect& effect : r.effects) {
+    const std::string parameters = parameters_text(effect.spec);
+    parts.push_back(effect.spec.name + (parameters.empty() ? "" : " (" + parameters + ")"));
   }
+  const std::string names = list_of(parts);
   if (r.plant_unexplained) {
-    return text(
-        "The model lacks %s, as CO shows. From CO to PV, model and record differ by %.3g rms. No "
-        "effect of the catalogue explains this.",
-        names.c_str(), r.before.rmse);
+    return "The model lacks " + names +
+           text(
+               ". From CO to PV, model and record differ by %.3g rms. No effect of the catalogue "
+               "explains this.",
+               r.before.rmse);
   }
   if (r.closed_loop && !(r.after.holdout_rmse < r.before.holdout_rmse)) {
-    return text(
-        "The model lacks %s. The evidence is from the replayed controller, because a free closed "
-        "loop does not keep the phase of a cycle.",
-        names.c_str());
-  }
-  if (std::isfinite(r.until_s)) {
-    return text(
-        "The model lacks %s until %.4g s. This was checked on stretches left out of the fit. The "
-        "later course cannot be predicted.",
-        names.c_str(), r.until_s);
+    return "The model lacks " + names +
+           ". The evidence is from the replayed controller, because a free closed loop does not "
+           "keep the phase of a cycle.";
   }
   if (!(r.after.holdout_rmse < r.before.holdout_rmse)) {
-    return text(
-        r.with_load
-            ? "The model lacks %s. On the last third the disturbance moves PV by more than "
-              "that. From sample to sample the corrected model predicts PV better."
-            : "The model lacks %s. The effect is visible in the fitted part, not in the last "
-              "third.",
-        names.c_str());
+    return "The model lacks " + names + ". The error on unseen data is as small without it.";
   }
-  std::string out = text(
-      "The model lacks %s. Adding %s reduces the error on unseen data from %.3g to %.3g PV units",
-      names.c_str(), r.effects.size() > 1 ? "them" : "it", r.before.holdout_rmse,
-      r.after.holdout_rmse);
-  if (!r.remainder || !(r.remainder->share >= kWorthSaying)) return out + ".";
-  return out + text(" (%.0f %% of the gap). The remaining error looks like %s.",
-                    100.0 * (1.0 - r.remainder->share), to_text(r.remainder->looks_like));
+  std::string out =
+      "The model lacks " + names +
+      text(". Adding %s reduces the error on unseen data from %.3g to %.3g PV units",
+           r.effects.size() > 1 ? "them" : "it", r.before.holdout_rmse, r.after.holdout_rmse);
+  const double closed = rms_closed(r.before.holdout_rmse, r.after.holdout_rmse, r.floor);
+  if (!r.remainder || !(r.remainder->share >= kWorthSaying) || !std::isfinite(closed)) {
+    return out + ".";
+  }
+  return out +
+         text(", which closes %.0f %% of the RMS error above the noise floor.", 100.0 * closed);
 }
 
 }  // namespace loopwarden::gap

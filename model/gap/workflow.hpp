@@ -1,40 +1,57 @@
 // SPDX-License-Identifier: Apache-2.0
-// The gap workflow: where a loop model and a record disagree, which effect the model lacks, and the
-// corrected model. From a record and a model to a Result; nothing else goes in but the options.
+// The gap workflow: finds where a loop model and a record disagree, names the effect that the model
+// lacks, and corrects the model.
 //
-//   check       is the record to be believed; what of it counts         check.hpp, record_check.hpp
-//   controller  alone, from SP and PV to CO                             controller.hpp
-//   fit         the plant alone, driven by the measured CO              fit_model.hpp, fit.hpp, free_run.hpp
-//   search      which effects, added to the model, explain PV           search.hpp, accept.hpp, effects/catalogue.hpp
-//   decide      what is missing, how sure, what else it may be          decide.hpp, confidence.hpp
-//   prove       on the last third                                       prove.hpp, model_run.hpp
-//   locate      where in the loop, when, and under which condition      locate.hpp
-//   say         names, parameters, intervals, sentences                 say.hpp
+//   check       quality of the record, counted samples              check.hpp, record_check.hpp
+//   controller  compared from SP and PV to CO                       controller.hpp
+//   estimate    which effects explain PV under the measured CO      estimator/estimate.hpp
+//   prove       share of the gap that is closed on the last third   prove.hpp
+//   locate      where in the loop, when, under which condition      locate.hpp
+//   say         names, parameters, sentences                        say.hpp
 //
-// Each stage takes and returns a small struct of its own; the Result is put together at the end.
-// Every limit stands in constants.hpp. Without CO the model's controller is replayed on SP and PV,
-// and the misfit is that of the closed loop.
+// Without CO, the model's controller replayed on SP and PV replaces it, and the errors are those of
+// the closed loop. A record with another period than the model (2 to 20 times, longer or shorter)
+// is compared at its own period; the controller is then not compared, because its law has the
+// period of the model.
 //
-// What it can't do: effects that come and go during the record, processes of another form than gain
-// or integrator, at most two lags and dead time, several loops at once. Then it says `unexplained`.
+// Limits: effects that start and end within the record unless they have such a form, processes of
+// other forms than a gain or an integrator with up to two lags and dead time, and several loops at
+// once. The result is then `unexplained`.
 #pragma once
 
 #include <functional>
+#include <optional>
+#include <string>
+#include <vector>
 
+#include "model/effects/descriptor.hpp"
+#include "model/gap/archived.hpp"
 #include "model/gap/record.hpp"
 #include "model/gap/result.hpp"
-#include "model/gap/search.hpp"
+#include "model/numeric/parallel.hpp"
 
 namespace loopwarden::gap {
 
+using numeric::ParallelFor;
+
+struct SearchOptions {
+  bool several = true;                 // more than one effect
+  bool load = true;                    // with an unmeasured disturbance
+  bool allowances = true;              // unused
+  std::vector<std::string> without{};  // names that are not given
+  bool level_of_record = false;        // the model does not know PV at CO 0
+};
+
 struct Options {
-  SearchOptions search;
-  // Loads above this are no quiet wander but something unexplained, of the PV span per root second.
+  SearchOptions search{};
+  // A larger disturbance is unexplained, of the PV span per root second.
   double largest_load = 0.0015;
+  std::optional<Deviations> archive{};  // of an archive that kept only a part of the samples
+  bool co_in_lines = false;             // the archive connects values of CO by straight lines
 };
 
 // A model that can't be stepped throws effects::EffectError. A record that can't be used gives a
-// result with check.usable false.
+// result with check.usable false. `progress` receives the share that is done.
 Result find_gap(const LoopRecord& record, const plant::LoopModel& model, const Options& options,
                 const ParallelFor& parallel, const std::function<void(double)>& progress);
 

@@ -19,15 +19,15 @@
 #include "model/analysis/identification.hpp"
 #include "record/record_csv.hpp"
 #include "model/effects/catalogue.hpp"
-#include "model/gap/archived.hpp"
 #include "model/gap/constants.hpp"
 #include "model/gap/other_unit.hpp"
-#include "model/gap/sample_time.hpp"
+#include "model/gap/say.hpp"
 #include "workbench/command_line/frame.hpp"
 #include "workbench/files/model_file.hpp"
 #include "workbench/records/record_input.hpp"
 #include "workbench/records/recorder_input.hpp"
 #include "workbench/text/gap_json.hpp"
+#include "workbench/text/posterior_bars.hpp"
 #include "workbench/text/import_json.hpp"
 #include "workbench/report/gap_report.hpp"
 #include "workbench/files/output_files.hpp"
@@ -83,11 +83,9 @@ void print_effect(const gap::FoundEffect& effect) {
   fmt::print("{} ({}): confidence {:.2f}{}{}\n", effect.spec.name, to_text(effect.block),
              effect.confidence, fitted.empty() ? "" : "; " + fitted,
              others.empty() ? "" : "; or " + others);
-  if (const effects::Descriptor* info = effects::find_effect(effect.spec.name))
-    fmt::print("  Action: {}\n", info->remedy);
 }
 
-// Prints how the answer came about: evidence, noise floor, remaining error, location of the error.
+// Prints the actions, and the evidence: noise floor, remaining error, location of the error.
 void print_details(const gap::Result& r) {
   for (const gap::FoundEffect& e : r.effects) fmt::print("{}: {}\n", e.spec.name, e.evidence);
   fmt::print(
@@ -98,8 +96,8 @@ void print_details(const gap::Result& r) {
     std::string follows;
     for (const std::string& signal : r.remainder->depends_on)
       follows += (follows.empty() ? ", follows " : " and ") + signal;
-    fmt::print("remaining error: {:.4g}, {:.1f} % of the gap; looks like {}{}\n", r.remainder->rmse,
-               100.0 * r.remainder->share, gap::to_text(r.remainder->looks_like), follows);
+    fmt::print("remaining error: {:.4g}; looks like {}{}\n", r.remainder->rmse,
+               gap::to_text(r.remainder->looks_like), follows);
   }
   if (std::isfinite(r.controller_before_rmse)) {
     fmt::print("controller: rmse of CO {:.3g}, corrected {:.3g}\n", r.controller_before_rmse,
@@ -111,25 +109,52 @@ void print_details(const gap::Result& r) {
   }
 }
 
+// Prints the likeliest hypotheses as bars, "none of these" included.
+void print_posterior(const gap::Result& r) {
+  constexpr std::size_t kMost = 2;
+  constexpr double kWidth = 20.0;
+  const std::vector<Bar> bars = posterior_bars(r.posterior, kMost);
+  for (const Bar& bar : bars) {
+    std::string drawn;
+    for (int i = 0; i < static_cast<int>(std::lround(kWidth * bar.probability)); ++i) drawn += "#";
+    fmt::print("{:>5.0f} %  {:<20}  {}\n", 100.0 * bar.probability, drawn, bar.title);
+  }
+}
+
+// At most 15 lines without --verbose.
 void print_result(const gap::Result& r, const GapOptions& options) {
+  constexpr std::size_t kMostEffects = 3;
+  constexpr std::size_t kMostNotes = 2;
   fmt::print("{}\n", r.sentence);
-  for (const gap::RecordNote& note : r.check.notes) fmt::print("record: {}\n", note.text);
-  for (const gap::FoundEffect& e : r.effects) print_effect(e);
+  const std::vector<gap::RecordNote>& notes = r.check.notes;
+  const std::size_t shown = options.verbose || notes.size() <= kMostNotes ? notes.size() : 1;
+  for (std::size_t i = 0; i < shown; ++i) fmt::print("record: {}\n", notes[i].text);
+  if (shown < notes.size()) {
+    fmt::print("record: {} more notes, with --verbose\n", notes.size() - shown);
+  }
+  print_posterior(r);
+  for (std::size_t i = 0; i < r.effects.size() && (options.verbose || i < kMostEffects); ++i)
+    print_effect(r.effects[i]);
+  if (!r.effects.empty()) {
+    if (const effects::Descriptor* info = effects::find_effect(r.effects.front().spec.name))
+      fmt::print("Action: {}\n", info->remedy);
+  }
   const auto row = [](const char* name, double rmse, double holdout, double fit_percent) {
     fmt::print("{:<18}{:>10.4g}{:>10.4g}{:>9}\n", name, rmse, holdout,
                std::isfinite(fit_percent) ? fmt::format("{:.1f} %", fit_percent) : "-");
   };
-  fmt::print("{:<18}{:>10}{:>10}{:>9}\n", "rmse, PV units", "fitted", "unseen", "fit");
-  row("model as given", r.before.rmse, r.before.holdout_rmse, r.before.holdout_fit_percent);
-  row("model corrected", r.after.rmse, r.after.holdout_rmse, r.after.holdout_fit_percent);
-  fmt::print("{:<18}{:>10.4g}\n", "noise floor", r.floor.rmse());
+  fmt::print("{:<18}{:>10}{:>10}{:>9}   noise floor {:.4g}\n", "rmse, PV units", "fitted", "unseen",
+             "fit", r.floor.rmse());
+  row("model as given", r.before.training_rmse, r.before.holdout_rmse,
+      r.before.holdout_fit_percent);
+  row("model corrected", r.after.training_rmse, r.after.holdout_rmse, r.after.holdout_fit_percent);
   if (options.verbose) print_details(r);
   fmt::print("{0}/report.html, {0}/gap.json, {0}/model.corrected.yaml\n", options.out);
 }
 
 // Returns the words that --without accepts.
 std::vector<std::string> words_without() {
-  std::vector<std::string> words{"several", "load", "allowances"};
+  std::vector<std::string> words{"several", "load"};
   for (const effects::Descriptor& info : effects::vocabulary()) {
     // The only noise that is ever named is that of a transmitter.
     if (!info.is_noise || info.blocks.front() == effects::Block::transmitter)
@@ -153,7 +178,6 @@ gap::Options search_options(const GapOptions& options) {
   };
   out.search.several = !left_out("several");
   out.search.load = !left_out("load");
-  out.search.allowances = !left_out("allowances");
   out.search.without = options.without;
   // A model that was identified from changes has no valid level of PV.
   out.search.level_of_record = options.identified;
@@ -161,8 +185,6 @@ gap::Options search_options(const GapOptions& options) {
     // The process was identified together with the valve. A second effect would describe an error
     // of that process.
     out.search.several = false;
-    out.search.sticks = {options.cycle->s.value, options.cycle->j.value / options.cycle->s.value,
-                         0.0};
     // A jump of this size excludes backlash and hysteresis.
     if (options.cycle->j.low > kClearJump * options.cycle->s.value) {
       out.search.without.insert(out.search.without.end(), {"backlash", "hysteresis"});
@@ -365,26 +387,19 @@ Found look_for_gap(GapOptions options, const plant::LoopModel& model) {
     const ParallelFor parallel = on_threads(threads(options.jobs));
     const auto told = [&progress](double share) { progress.update_share(share); };
     const gap::Deviations deviations = deviations_of(imported.notes, model, record.pv_as_stored);
-    const std::optional<gap::OnePeriod> drawn = gap::on_one_period(
-        record, model, imported.notes.co.kind == analysis::ArchiveKind::swinging_door);
-    const double record_period_s = record.period_s;
     gap::Options how = search_options(options);
-    if (drawn) record = drawn->record;
-    if (drawn || record.pv_as_stored) how.search.without.emplace_back("controller_mismatch");
-    const plant::LoopModel& at_period = drawn ? drawn->model : model;
+    how.co_in_lines = imported.notes.co.kind == analysis::ArchiveKind::swinging_door;
     if (options.controller_known && options.pv_range.empty() && options.co_range.empty()) {
-      if (const std::string question = unit_question(record, at_period); !question.empty()) {
+      if (const std::string question = unit_question(record, model); !question.empty()) {
         fail(kExitData, "{}: {}", options.record, question);
       }
     }
     if (imported.notes.compressed()) {
-      found.result = gap::find_gap_archived(record, at_period, how, deviations, parallel, told);
+      how.archive = deviations;
       if (deviations.known)
         found.sees_from_percent = 100.0 * gap::sees_from(model, deviations) / output_span(model);
-    } else {
-      found.result = gap::find_gap(record, at_period, how, parallel, told);
     }
-    if (drawn) gap::say_other_period(found.result, model, record_period_s);
+    found.result = gap::find_gap(record, model, how, parallel, told);
     found.notes = std::move(imported.notes);
     if (options.stem) {
       found.result.check.notes.push_back(
@@ -549,10 +564,9 @@ void add_gap(Program& program) {
   command.setting("--largest-load", o.largest_load_percent,
                   "intensity of the unmeasured disturbance to ignore, % of PV span per sqrt(s)",
                   between(0.0, 100.0));
-  command.option(
-      "--without", o.without,
-      "step or effect to leave out: several, load, allowances, learned, stiction, ...; repeatable",
-      one_of(words_without()));
+  command.option("--without", o.without,
+                 "step or effect to leave out: several, load, learned, stiction, ...; repeatable",
+                 one_of(words_without()));
   command.setting("--jobs", o.jobs, "threads; 0: one per core. The answer does not depend on it");
   command.flag("--json", o.json, "print gap.json");
   command.flag("--verbose", o.verbose,

@@ -14,9 +14,11 @@
 #include "base/text.hpp"
 #include "config/loop_model_writer.hpp"
 #include "model/effects/catalogue.hpp"
+#include "model/gap/say.hpp"
 #include "workbench/report/assets.hpp"
 #include "workbench/report/gap_report_plots.hpp"
 #include "workbench/text/line_diff.hpp"
+#include "workbench/text/posterior_bars.hpp"
 #include "workbench/report/palette.hpp"
 #include "workbench/report/plot.hpp"
 
@@ -134,10 +136,11 @@ class Page {
 
   std::string write() {
     head();
-    tiles();
     refusal();
-    missing();
+    posterior();
     plots();
+    missing();
+    tiles();
     located();
     steps();
     candidates();
@@ -185,13 +188,11 @@ class Page {
     const gap::Misfit& after = result_.after;
     add("<dl class=\"tiles\">");
     if (result_.outcome == gap::Outcome::missing_effect) {
-      tile("Gap closed on data the fit never saw",
+      tile("RMS error above the noise floor that is closed",
            percent(
                gap_closed_percent(before.holdout_rmse, after.holdout_rmse, result_.floor.rmse())),
-           fmt::format("from {} s on; {} against the transmitter's floor alone",
-                       plain_number(result_.holdout_from_s),
-                       percent(gap_closed_percent(before.holdout_rmse, after.holdout_rmse,
-                                                  result_.floor.transmitter_rmse))));
+           fmt::format("of RMS values, not squared; on the held-back part, from {} s on",
+                       plain_number(result_.holdout_from_s)));
     }
     const auto share = [&](double value) { return of_span(value, "PV units", result_.model); };
     tile("RMS error of PV, held-back part",
@@ -259,6 +260,19 @@ class Page {
         result_.check.refusal.empty() ? "No reason given." : escaped(result_.check.refusal));
   }
 
+  void posterior() {
+    constexpr std::size_t kMost = 5;
+    const std::vector<Bar> bars = posterior_bars(result_.posterior, kMost);
+    if (bars.empty()) return;
+    add("<figure class=\"posterior\"><figcaption><b>What the model lacks</b> Probability of each "
+        "explanation.</figcaption><table class=\"shares\"><tbody>");
+    for (const Bar& one : bars) {
+      add("<tr><td>{}</td><td class=\"b\">{}</td><td class=\"n\">{}</td></tr>", escaped(one.title),
+          bar(one.probability, one.named ? "v" : "w"), sureness(one.probability));
+    }
+    add("</tbody></table></figure>\n");
+  }
+
   void missing() {
     if (result_.effects.empty()) return;
     add("<h2>What the model lacks</h2>\n");
@@ -271,7 +285,7 @@ class Page {
       if (const std::string size = short_spec(effect.spec); !size.empty()) {
         add("<p><b>{}</b></p>", size);
       }
-      if (!effect.evidence.empty()) add("<p>{}</p>", escaped(effect.evidence));
+      if (!effect.evidence.empty()) add("<p>Evidence: {}.</p>", escaped(effect.evidence));
       if (!effect.alternatives.empty()) {
         add("<p>This record can't distinguish it from: {}.</p>", join_words(effect.alternatives));
       }
@@ -341,9 +355,7 @@ class Page {
                            std::isfinite(before.training_rmse) ? before.training_rmse : before.rmse,
                            before.holdout_rmse}};
     for (const gap::Step& step : result_.steps) {
-      const bool taken_out = step.change == gap::Step::Change::taken_out;
-      rows.push_back(
-          {(taken_out ? "&minus; " : "+ ") + words(step.effect), step.rmse, step.holdout_rmse});
+      rows.push_back({"+ " + words(step.effect), step.rmse, step.holdout_rmse});
     }
     double most = std::isfinite(result_.floor.rmse()) ? result_.floor.rmse() : 0.0;
     for (const Row& row : rows) {
@@ -546,10 +558,7 @@ class Page {
 }  // namespace
 
 double gap_closed_percent(double before_rmse, double after_rmse, double floor_rmse) {
-  const double open = before_rmse * before_rmse - floor_rmse * floor_rmse;
-  const double closed = before_rmse * before_rmse - after_rmse * after_rmse;
-  if (!(open > 0.0) || !std::isfinite(closed)) return std::numeric_limits<double>::quiet_NaN();
-  return std::clamp(100.0 * closed / open, -100.0, 100.0);
+  return 100.0 * gap::rms_closed(before_rmse, after_rmse, floor_rmse);
 }
 
 std::string gap_report_html(const gap::Result& result, const GapReportContext& context) {

@@ -24,8 +24,8 @@ struct GapReportContext {
 // are not finite appear as "-". Text from files is escaped.
 std::string gap_report_html(const gap::Result& result, const GapReportContext& context);
 
-// Returns the closed share of the reducible error in percent, -100 to 100:
-// (before^2 - after^2) / (before^2 - floor^2). NaN if `before` is not above `floor`.
+// Returns the closed share of the RMS error above the floor in percent, -100 to 100:
+// (before - after) / (before - floor). NaN if `before` is not above `floor`.
 double gap_closed_percent(double before_rmse, double after_rmse, double floor_rmse);
 
 }  // namespace loopwarden::workbench

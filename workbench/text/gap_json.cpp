@@ -68,11 +68,12 @@ json of(const gap::Misfit& misfit) {
           {"holdout_fit_percent", finite_or_null(misfit.holdout_fit_percent)}};
 }
 
+json of(const gap::Probability& hypothesis) {
+  return {{"effects", hypothesis.effects}, {"probability", finite_or_null(hypothesis.probability)}};
+}
+
 json of(const gap::Rest& rest) {
   return {{"is_noise", rest.is_noise},
-          {"noise_ratio", finite_or_null(rest.noise_ratio)},
-          {"kurtosis", finite_or_null(rest.kurtosis)},
-          {"answer_to_co", finite_or_null(rest.answer_to_co)},
           {"closed", finite_or_null(rest.closed)},
           {"quiet_rmse", finite_or_null(rest.quiet_rmse)}};
 }
@@ -85,8 +86,7 @@ json of(const gap::Floor& floor) {
 }
 
 json of(const gap::Step& step) {
-  const bool taken_out = step.change == gap::Step::Change::taken_out;
-  return {{"added", (taken_out ? "-" : "") + step.effect},
+  return {{"added", step.effect},
           {"rmse", finite_or_null(step.rmse)},
           {"holdout_rmse", finite_or_null(step.holdout_rmse)}};
 }
@@ -149,6 +149,7 @@ json gap_json(const gap::Result& result) {
           {"sentence", result.sentence},
           {"compared", result.closed_loop ? "closed_loop" : "measured_output"},
           {"effects", list_of(result.effects)},
+          {"posterior", list_of(result.posterior)},
           {"gap",
            {{"noise_floor_rmse", finite_or_null(result.floor.rmse())},
             {"floor", of(result.floor)},
@@ -164,6 +165,7 @@ json gap_json(const gap::Result& result) {
           {"candidates", list_of(result.candidates)},
           {"holdout_from_s", finite_or_null(result.holdout_from_s)},
           {"record", of(result.check)},
+          {"next_test", nullptr},
           {"corrected_model", "model.corrected.yaml"}};
 }
 

@@ -6,8 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "model/gap/search.hpp"
-#include "tests/model/gap/gap_support.hpp"
+#include "tests/model/effects/search_support.hpp"
 
 namespace leakage_test {
 
@@ -15,27 +14,8 @@ using namespace loopwarden;
 
 namespace {
 
-// The result of a search among leakage, a changed gain and a bias: the best two names and the lead.
-struct Named {
-  std::string first;
-  std::string second;
-  double lead_nats;
-  std::vector<double> searched;
-};
-Named named_in(const plant::LoopModel& truth) {
-  const numeric::LoopRecord record = test::record_of(truth, 130.0);
-  const gap::FreeRun run(test::believed_model(), record.co);
-  const gap::Fitter fitter(run, record.pv, std::vector<bool>(record.size(), true), {.load = 0.3},
-                           true);
-  std::vector<gap::Candidate> few;
-  for (const gap::Candidate& c : test::candidates_for(test::believed_model(), record.co)) {
-    const std::string name = c.name;
-    if (name == "leakage" || name == "gain_change" || name == "output_bias") few.push_back(c);
-  }
-  const gap::SearchResult found =
-      gap::search_effects(fitter, few, {}, {.several = false}, test::serial, [](double) {});
-  return {found.singles[0].fit.terms[0]->name, found.singles[1].fit.terms[0]->name,
-          found.singles[0].score - found.singles[1].score, found.singles[0].fit.point.searched[0]};
+test::Named named_in(const plant::LoopModel& truth) {
+  return test::named_among({"leakage", "gain_change", "output_bias"}, truth);
 }
 
 }  // namespace
@@ -79,10 +59,9 @@ TEST_CASE("a large leak is found in its size, no gain and no bias in its place",
           "[effects][leakage]") {
   plant::LoopModel truth = test::believed_model();
   truth.valve_effects = {{"leakage", {{"flow", 1.6}}}};
-  const Named named = named_in(truth);
+  const test::Named named = named_in(truth);
   CHECK(named.first == "leakage");
-  REQUIRE(named.searched.size() == 1);
-  CHECK(named.searched[0] == Approx(1.6).epsilon(0.05));
+  CHECK(named.effect.parameters.at("flow") == Approx(1.6).epsilon(0.05));
   CHECK(named.lead_nats > 6.0);
 }
 

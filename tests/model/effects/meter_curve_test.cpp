@@ -63,7 +63,7 @@ TEST_CASE("a model that has the curve fits the record of such a loop from its fi
   truth.scenario.set_point = {{0.0, 3.0}, {10.0, 5.0}, {35.0, 6.5}};
   const numeric::LoopRecord record = test::run_of(truth, 60.0);
   const std::vector<bool> measured(record.size(), true);
-  const std::vector<double> pv = gap::free_run(truth, record.co, record.pv, measured, 0.0);
+  const std::vector<double> pv = gap::free_run(truth, record.co, record.pv, measured);
   CHECK(gap::rms_between(record.pv, pv, measured, {0, record.size()}) < 1e-3);
 }
 

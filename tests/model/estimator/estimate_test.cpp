@@ -59,7 +59,7 @@ TEST_CASE("one effect is named, with an interval that contains it", "[estimator]
   CHECK(deadband.within[1] - deadband.within[0] < 0.3);
   CHECK(e.after.holdout < 1.3 * e.noise_rms);
   double sum = 0.0;
-  for (const auto& [title, probability] : e.posterior) sum += probability;
+  for (const auto& [names, probability] : e.posterior) sum += probability;
   CHECK(sum == Approx(1.0));
 }
 

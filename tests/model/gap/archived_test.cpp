@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Tests the statements that are allowed about a record of which an archive kept a part only.
-#include "model/gap/archived.hpp"
+#include "model/gap/workflow.hpp"
 
 #include <catch2/catch.hpp>
 
@@ -18,8 +18,8 @@ numeric::LoopRecord thinned(numeric::LoopRecord record, double pv, double co) {
 }
 
 gap::Result find(const numeric::LoopRecord& record, const gap::Deviations& deviations) {
-  return gap::find_gap_archived(record, test::believed_model(), {}, deviations, test::serial,
-                                [](double) {});
+  return gap::find_gap(record, test::believed_model(), {.archive = deviations}, test::serial,
+                       [](double) {});
 }
 
 }  // namespace

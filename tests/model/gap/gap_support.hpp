@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "model/effects/catalogue.hpp"
-#include "model/gap/free_run.hpp"
+#include "model/effects/effect.hpp"
 #include "model/gap/record.hpp"
 #include "model/plant/plant.hpp"
 #include "model/numeric/random.hpp"
@@ -83,8 +83,8 @@ inline std::vector<double> driven(const plant::LoopModel& model, const std::vect
 }
 
 // Returns the candidates that the workflow makes for a model and a CO.
-inline std::vector<gap::Candidate> candidates_for(const plant::LoopModel& m,
-                                                  const std::vector<double>& co) {
+inline std::vector<effects::Candidate> candidates_for(const plant::LoopModel& m,
+                                                      const std::vector<double>& co) {
   const auto [low, high] = std::minmax_element(co.begin(), co.end());
   return effects::candidates({.output_low = m.controller.pid.output_low,
                               .output_high = m.controller.pid.output_high,
@@ -98,10 +98,10 @@ inline std::vector<gap::Candidate> candidates_for(const plant::LoopModel& m,
                               .dead_time_s = m.process.dead_time_s});
 }
 
-inline const gap::Candidate& of_name(const std::vector<gap::Candidate>& all,
-                                     const std::string& name) {
+inline const effects::Candidate& of_name(const std::vector<effects::Candidate>& all,
+                                         const std::string& name) {
   return *std::find_if(all.begin(), all.end(),
-                       [&](const gap::Candidate& c) { return c.name == name; });
+                       [&](const effects::Candidate& c) { return c.name == name; });
 }
 
 inline void serial(std::size_t count, const std::function<void(std::size_t)>& body) {

@@ -2,6 +2,7 @@
 #include "model/gap/say.hpp"
 
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <optional>
 #include <string>
 #include <vector>
@@ -22,16 +23,16 @@ const Misfit kBefore{.rmse = 1.33, .holdout_rmse = 1.4};
 const Misfit kAfter{.rmse = 0.2, .holdout_rmse = 0.28};
 
 std::string said(Outcome outcome, const std::optional<Remainder>& remainder,
-                 const std::vector<std::string>& best = {}, double best_closed = kNone) {
+                 const std::vector<std::string>& best = {}) {
   const std::vector<FoundEffect> effects =
       outcome == Outcome::missing_effect ? gain_change() : std::vector<FoundEffect>{};
   return sentence_of({.outcome = outcome,
                       .effects = effects,
                       .before = kBefore,
                       .after = kAfter,
+                      .floor = 0.02,
                       .remainder = remainder,
-                      .best = best,
-                      .best_closed = best_closed});
+                      .best = best});
 }
 
 }  // namespace
@@ -48,36 +49,35 @@ TEST_CASE("a named controller with an unexplained plant reports both", "[gap][sa
                                         .best = {},
                                         .plant_unexplained = true});
   CHECK(text ==
-        "The model lacks controller_mismatch (ki 0.18, kp 1.9), as CO shows. From CO to PV, model "
-        "and record differ by 1.33 rms. No effect of the catalogue explains this.");
+        "The model lacks controller_mismatch (ki 0.18 CO units/(PV unit s), kp 1.9 CO units/PV "
+        "unit). From CO to PV, model and record differ by 1.33 rms. No effect of the catalogue "
+        "explains this.");
 }
 
-TEST_CASE("a partial answer reports how much it explains, and what the remaining error looks like",
-          "[gap][say]") {
+TEST_CASE("the closed share is of RMS values, above the noise floor", "[gap][say]") {
+  CHECK(rms_closed(1.4, 0.28, 0.02) == Approx((1.4 - 0.28) / (1.4 - 0.02)));
+  CHECK(rms_closed(1.0, 0.01, 0.1) == 1.0);
+  CHECK(rms_closed(1.0, 30.0, 0.1) == -1.0);
+  CHECK(std::isnan(rms_closed(0.1, 0.1, 0.1)));
   const std::string sentence =
       said(Outcome::missing_effect, Remainder{0.28, 0.04, LooksLike::disturbance});
   CHECK_THAT(sentence, Contains("gain_change (factor 1.36)"));
-  CHECK_THAT(sentence,
-             Contains("(96 % of the gap). The remaining error looks like a disturbance."));
-  CHECK_THAT(said(Outcome::missing_effect, Remainder{0.28, 0.03, LooksLike::disturbance}),
-             Contains("(97 % of the gap)"));
-  // An error of a percent is not worth a sentence, and an error that can't be measured has no
-  // sentence.
-  CHECK_THAT(said(Outcome::missing_effect, Remainder{0.28, 0.019, LooksLike::valve}),
-             !Contains("% of the gap"));
-  CHECK_THAT(said(Outcome::missing_effect, Remainder{0.28, kNone, LooksLike::valve}),
-             !Contains("% of the gap"));
+  CHECK_THAT(sentence, Contains("closes 81 % of the RMS error above the noise floor."));
+  // An error of a percent is not worth a sentence, and an error that can't be measured has none.
+  for (const double share : {0.019, kNone}) {
+    CHECK_THAT(said(Outcome::missing_effect, Remainder{0.28, share, LooksLike::valve}),
+               !Contains("RMS error above"));
+  }
 }
 
-TEST_CASE("an unexplained gap names the best attempt, and what the error looks like",
+TEST_CASE("an unexplained gap names the best candidate, and what the error looks like",
           "[gap][say]") {
-  const std::string sentence = said(Outcome::unexplained, Remainder{1.4, 1.0, LooksLike::valve},
-                                    {"stiction", "drift"}, 0.42);
-  CHECK_THAT(sentence, Contains("stiction and drift, closes only 42 %"));
+  const std::string sentence =
+      said(Outcome::unexplained, Remainder{1.4, 1.0, LooksLike::valve}, {"stiction", "drift"});
+  CHECK_THAT(sentence, Contains("stiction and drift, does not hold on unseen data"));
   CHECK_THAT(sentence, Contains("The error looks like the valve."));
-  CHECK_THAT(
-      said(Outcome::unexplained, Remainder{1.4, 1.0, LooksLike::nothing_known}, {"drift"}, -0.5),
-      !Contains("drift") && !Contains("looks like"));
+  CHECK_THAT(said(Outcome::unexplained, Remainder{1.4, 1.0, LooksLike::nothing_known}),
+             !Contains("candidate") && !Contains("looks like"));
 }
 
 }  // namespace say_test

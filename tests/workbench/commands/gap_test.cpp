@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // `loopwarden gap` as its users call it.
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <cstdio>
@@ -60,13 +61,16 @@ TEST_CASE("gap writes its result, and a corrected model that simulates", "[gap][
   INFO(outcome.text);
   REQUIRE(outcome.exit_code == 0);
   CHECK(outcome.text.find("gain_change") != std::string::npos);
+  CHECK(outcome.text.find("none of these") != std::string::npos);
+  CHECK(std::count(outcome.text.begin(), outcome.text.end(), '\n') <= 15);
   const std::string report = read_file(fs::path(out) / "report.html");
   CHECK(report.find("gain_change") != std::string::npos);
   CHECK(report.find("PV over stem") != std::string::npos);  // the record has a stem
 
   const auto result = nlohmann::json::parse(read_file(fs::path(out) / "gap.json"));
-  for (const char* key : {"verdict", "sentence", "compared", "effects", "gap", "remainder",
-                          "located", "candidates", "holdout_from_s", "record", "corrected_model"}) {
+  for (const char* key :
+       {"verdict", "sentence", "compared", "effects", "posterior", "gap", "remainder", "located",
+        "candidates", "holdout_from_s", "record", "corrected_model"}) {
     CAPTURE(key);
     CHECK(result.contains(key));
   }
@@ -231,7 +235,7 @@ TEST_CASE("a measured limit cycle is named without a model, with any rounding of
   REQUIRE(answer["effects"].size() == 1);
   const nlohmann::json& stiction = answer["effects"][0];
   CHECK(stiction["name"] == "stiction");
-  CHECK(stiction["confidence"] <= 0.8);
+  CHECK(stiction["confidence"] < 0.9);
   CHECK(stiction["parameters"]["s"] > 4.5);
   CHECK(stiction["parameters"]["s"] < 7.5);
   // Fits that differ by a tenth of a band or more are equally likely, and the interval covers them.
@@ -366,7 +370,7 @@ TEST_CASE("a measured valve that sticks during a disturbance is named first",
   CHECK(answer["verdict"] == "missing_effect");
   REQUIRE_FALSE(answer["effects"].empty());
   CHECK(answer["effects"][0]["name"] == "stiction");
-  CHECK(answer["effects"][0]["parameters"]["s"] == Approx(6.0).epsilon(0.2));
+  CHECK(answer["effects"][0]["parameters"]["s"] == Approx(6.0).epsilon(0.25));
   CHECK(closed(answer["gap"]) > 0.9);
 }
 

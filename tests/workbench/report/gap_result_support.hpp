@@ -35,12 +35,8 @@ inline gap::Result complete_gap_result(std::size_t samples = 600) {
                             .alternatives = {"backlash"},
                             .interval = {{"s", {0.88, 0.95}}, {"j", {0.25, 0.36}}},
                             .evidence = "The stem rests after each of 41 reversals."});
-  result.rest = {.is_noise = false,
-                 .noise_ratio = 1.3,
-                 .kurtosis = 3.5,
-                 .answer_to_co = 8.0,
-                 .closed = 0.98,
-                 .quiet_rmse = 0.014};
+  result.posterior = {{{"stiction"}, 0.97}, {{"backlash"}, 0.02}, {{"unnamed"}, 0.01}};
+  result.rest = {.is_noise = false, .closed = 0.98, .quiet_rmse = 0.014};
   result.floor = {.transmitter_rmse = 0.012, .load_rmse = 0.005, .load_tested = true};
   result.load_intensity = 0.004;
   result.before = {0.31, 61.0, 0.30, 0.33, 58.0};
@@ -48,9 +44,7 @@ inline gap::Result complete_gap_result(std::size_t samples = 600) {
   result.remainder = gap::Remainder{0.021, 0.03, gap::LooksLike::valve, {"sp", "co"}};
   result.controller_before_rmse = 0.01;
   result.controller_after_rmse = 0.009;
-  result.steps = {{"drift", gap::Step::Change::added, 0.2, 0.4},
-                  {"stiction", gap::Step::Change::added, 0.018, 0.021},
-                  {"drift", gap::Step::Change::taken_out, 0.019, 0.021}};
+  result.steps = {{"drift", 0.2, 0.4}, {"stiction", 0.018, 0.021}};
   result.located = {{gap::LocatedBy::block, effects::Block::valve, "valve", 0.0, 0.0, 0.8},
                     {gap::LocatedBy::block, effects::Block::process, "process", 0.0, 0.0, 0.2},
                     {gap::LocatedBy::time, effects::Block::valve, "20 to 30 s", 20.0, 30.0, 0.4},

@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+// The probabilities of the hypotheses of a gap, for the terminal and the report.
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "model/gap/result.hpp"
+
+namespace loopwarden::workbench {
+
+struct Bar {
+  std::string title;  // "stiction + gain change", "nothing missing", "none of these", "others"
+  double probability = 0.0;
+  bool named = true;  // effects of the catalogue
+};
+
+// Returns the `most` likeliest hypotheses, then the others as one bar, then "none of these" (its
+// probability may be 0). Empty for an empty posterior.
+std::vector<Bar> posterior_bars(const std::vector<gap::Probability>& posterior, std::size_t most);
+
+}  // namespace loopwarden::workbench
