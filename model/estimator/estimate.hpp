@@ -12,6 +12,7 @@
 #pragma once
 
 #include <map>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -19,6 +20,7 @@
 #include "model/effects/effect_spec.hpp"
 #include "model/estimator/blocks.hpp"
 #include "model/estimator/judgement.hpp"
+#include "model/estimator/since.hpp"
 #include "model/numeric/parallel.hpp"
 #include "model/plant/loop_model.hpp"
 
@@ -27,6 +29,8 @@ namespace loopwarden::estimator {
 struct Options {
   std::vector<std::string> without{};  // names that are not given
   std::size_t most_effects = 3;
+  std::size_t fitted = 0;         // samples; 0: two thirds of the record
+  std::optional<Moments> since{};  // every effect acts from one of these moments on
 };
 
 enum class Verdict : std::uint8_t { no_gap, missing_effect, unexplained };
@@ -38,6 +42,7 @@ struct Found {
   double confidence = 0.0;
   std::map<std::string, Interval> intervals;
   std::string description;  // of a law without a name
+  Interval moment{};        // s, from which it acts, if not always
 };
 
 struct Errors {
@@ -59,6 +64,7 @@ struct Ranked {
 struct Estimate {
   Verdict verdict = Verdict::no_gap;
   std::vector<Found> effects;
+  std::vector<Found> nearest;  // of the chosen hypothesis, if it does not explain the record
   // Hypotheses by probability; "unnamed": none of the catalogue. The sum is 1.
   std::vector<std::pair<std::string, double>> posterior;
   std::vector<Ranked> ranked;
@@ -79,7 +85,7 @@ struct Estimate {
   plant::LoopModel corrected;
 };
 
-// `model`: at the period of the record. `resolution`: of the transmitter, PV units.
+// `model`: at the period of the record.
 Estimate estimate(const Observed& observed, const plant::LoopModel& model, const Options& options,
                   const numeric::ParallelFor& parallel);
 

@@ -52,11 +52,12 @@ struct Layout {
 // The loop as all hypotheses share it.
 struct LoopFacts {
   explicit LoopFacts(const plant::LoopModel& model);
-  plant::LoopModel model;  // without noise and rounding, at the period of the record
+  plant::LoopModel model;  // without noise, rounding and random disturbance, at its period
   bool wide;               // time constant and dead time are coordinates
   double answer_s;         // lags plus dead time
   double pv_span;          // PV units
   double co_span;          // CO units
+  double level_deviation;  // PV units, of the random disturbance that the model states
   effects::SearchRange damping, frequency, friction, time_factor, dead_factor;
 };
 

@@ -23,7 +23,8 @@ std::vector<double> prior_deviations(const LoopFacts& loop, std::size_t fixed) {
                            part * model.sample_time_s)};
   // A model that states no level means PV 0 at CO 0.
   prior.push_back(!loop.wide && !model.process.integrating()
-                      ? kLimits.level * std::abs(model.process.gain) * loop.co_span
+                      ? std::hypot(kLimits.level * std::abs(model.process.gain) * loop.co_span,
+                                   loop.level_deviation)
                       : kLimits.free_level * loop.pv_span);
   const bool integrating = model.process.integrating();
   for (std::size_t i = 1; i < fixed; ++i) {
