@@ -42,6 +42,7 @@ struct Arguments {
   std::string twins;  // folder of twins that are read, or written if they are not there
   std::string only;
   bool no_explanation = false;
+  bool verbose = false;
 };
 
 void one_thread(std::size_t count, const std::function<void(std::size_t)>& body) {
@@ -146,7 +147,8 @@ Scored study(const CaseFiles& files, const Arguments& arguments) {
   watch::TwinWatch watch(twin);
   watch::ControllerWatch controller(twin);
   watch::LoadWatch load(twin);
-  std::size_t alarm = 0;
+  std::size_t seen = 0;
+  std::size_t alarm = 0;  // of the twin or the controller: a load outside raises none
   bool was_on = false;
   for (std::size_t k = first; k < record.size() && alarm == 0; ++k) {
     watch.add(record.pv[k], record.co[k]);
@@ -154,12 +156,13 @@ Scored study(const CaseFiles& files, const Arguments& arguments) {
     load.add(watch.load_known() ? watch.load() : std::nan(""));
     const bool on = watch.on() || controller.on() || load.outside().has_value();
     if (k < change && on && !was_on) ++out.before;
-    if (k >= change && on) alarm = k;
+    if (k >= change && on && seen == 0) seen = k;
+    if (k >= change && (watch.on() || controller.on())) alarm = k;
     was_on = on;
   }
-  if (alarm == 0) return out;
-  out.seen_s = record.period_s * static_cast<double>(alarm - change);
-  if (arguments.no_explanation) return out;
+  if (seen == 0) return out;
+  out.seen_s = record.period_s * static_cast<double>(seen - change);
+  if (alarm == 0 || arguments.no_explanation) return out;
   const double began_s = processor_s();
   const numeric::LoopRecord newest =
       record.part(first, std::min(record.size(), alarm + samples(twin::kEnough_s)));
@@ -182,6 +185,15 @@ Scored study(const CaseFiles& files, const Arguments& arguments) {
                  (static_cast<double>(first + e.from.begin) - static_cast<double>(change)),
              record.period_s *
                  (static_cast<double>(first + e.from.end) - static_cast<double>(change)));
+  if (arguments.verbose) {
+    fmt::print("    before {:.4g} {:.4g} after {:.4g} {:.4g} floor {:.4g} noise {:.4g}\n",
+               e.result.before.training_rmse, e.result.before.holdout_rmse,
+               e.result.after.training_rmse, e.result.after.holdout_rmse, e.result.floor.rmse(),
+               e.result.floor.transmitter_rmse);
+    for (const auto& c : e.result.candidates) {
+      fmt::print("    {:<40} {:.1f} nats, left {:.4g}\n", c.name, c.score, c.rmse);
+    }
+  }
   for (const auto& effect : e.result.effects) {
     for (const auto& [name, value] : effect.spec.parameters) {
       const auto truth = files.truth.parameters.find(name);
@@ -262,6 +274,7 @@ int main(int argc, char** argv) {
   app.add_option("--twins", arguments.twins, "folder that keeps twins");
   app.add_option("--only", arguments.only, "cases with this text in effect or id");
   app.add_flag("--no-explanation", arguments.no_explanation, "commission and watch only");
+  app.add_flag("--verbose", arguments.verbose, "print the competition");
   CLI11_PARSE(app, argc, argv);
   try {
     return run(arguments);

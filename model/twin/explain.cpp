@@ -157,7 +157,7 @@ class Changes {
   Changes(const numeric::LoopRecord& record, const plant::LoopModel& twin)
       : record_(record), twin_(twin), checked_(gap::check(record, twin)) {}
 
-  // `change`: samples of the part; begin 0: no healthy samples are known.
+  // `change`: samples of the part; zeros: no healthy samples are known.
   gap::Result find(const ChangeMoment& change, const numeric::ParallelFor& parallel,
                    Explanation& out) const {
     gap::Result result;
@@ -169,12 +169,13 @@ class Changes {
     model.uncertainty = uncertainty_of(twin_);
     model.scenario.faults.clear();
     estimator::Options options{.without = {"learned"}, .most_effects = 2};
-    options.fitted = change.earliest + (record_.size() - change.earliest) * 2 / 3;
-    if (change.earliest > 0) {
+    const std::size_t proof = (record_.size() - change.earliest) / 3;
+    if (change.likeliest > 0) {
       const double earliest_s = record_.seconds_at(change.earliest);
       options.since = {std::max(0.5 * earliest_s, earliest_s - kUnseen_s),
                        record_.seconds_at(change.likeliest)};
     }
+    options.fitted = record_.size() - proof;
     const estimator::Estimate found = estimator::estimate(
         {record_.period_s, checked_.co, checked_.pv, checked_.measured}, model, options, parallel);
     result.outcome = found.verdict == estimator::Verdict::missing_effect
