@@ -5,6 +5,7 @@
 #include <cmath>
 #include <map>
 #include <optional>
+#include <utility>
 
 #include "model/estimator/constants.hpp"
 #include "model/estimator/flexible.hpp"
@@ -92,8 +93,8 @@ class Estimator {
  public:
   Estimator(const Observed& observed, const plant::LoopModel& model, const Options& options,
             const numeric::ParallelFor& parallel)
-      : loop_(plant::without_noise(model), options.level_known, options.largest_disturbance),
-        fitted_(observed.pv.size() * 2 / 3),
+      : loop_(model, options.level_known, options.largest_disturbance),
+        fitted_(options.fitted > 0 ? options.fitted : observed.pv.size() * 2 / 3),
         noise_rms_(noise_of(observed, fitted_, model.transmitter.resolution, loop_.pv_span)),
         observed_(without_spikes(observed, fastest_pv() + kSpike * noise_rms_, kLongestSpike)),
         run_(loop_, observed.co),
@@ -103,10 +104,11 @@ class Estimator {
     const std::vector<Candidate> catalogue =
         catalogue_for(observed, loop_, likelihood_.blocks(), options);
     const double duration_s = observed.period_s * static_cast<double>(fitted_);
-    named_ = named_laws(catalogue, duration_s);
+    named_ = options.since ? laws_since(catalogue, duration_s, *options.since)
+                           : named_laws(catalogue, duration_s);
     const bool learns = std::find(options.without.begin(), options.without.end(), "learned") ==
                         options.without.end();
-    if (learns) {
+    if (learns && !options.since) {
       const auto end = observed.co.begin() + static_cast<std::ptrdiff_t>(fitted_);
       const auto [low, high] = std::minmax_element(observed.co.begin(), end);
       unnamed_ = unnamed_laws(catalogue, duration_s,
@@ -157,13 +159,14 @@ class Estimator {
     out.chosen = chosen.hypothesis.title();
     out.chosen_left = out.after;
     const bool names = !chosen.hypothesis.terms().empty();
+    if (names) name(out, chosen, weight);
     if (!explained(out, chosen)) {
       out.verdict = Verdict::unexplained;
+      out.nearest = std::exchange(out.effects, {});
       out.pv_after = out.pv_before;
       out.after = out.before;
     } else if (names) {
       out.verdict = Verdict::missing_effect;
-      name(out, chosen, weight);
     }
     return out;
   }
@@ -440,6 +443,17 @@ class Estimator {
            !refuted(out);
   }
 
+  // When effect `term` began; zeros: always.
+  static Interval moment_of(const Fit& fit, std::size_t term) {
+    const Law& law = *fit.hypothesis.terms()[term];
+    if (law.timing != Law::Timing::since) return {};
+    const std::size_t at = fit.hypothesis.first_of(term) + law.coordinates() - 1;
+    std::vector<double> moments;
+    for (const Member& m : fit.population.members) moments.push_back(law.moment.value(m.z[at]));
+    return {law.moment.value(fit.population.top().z[at]),
+            {numeric::quantile(moments, 0.025), numeric::quantile(moments, 0.975)}};
+  }
+
   void name(Estimate& out, const Fit& chosen, const std::vector<double>& weight) const {
     const auto ranges = intervals(likelihood_, chosen);
     const Point point = chosen.hypothesis.at(chosen.population.top().z);
@@ -455,7 +469,8 @@ class Estimator {
                   term.block,
                   std::min(confidence, kLimits.most_confidence),
                   ranges[i],
-                  {}};
+                  {},
+                  moment_of(chosen, i)};
       if (!term.named) {
         found.description = term.description();
         found.spec.name = "learned";

@@ -13,6 +13,7 @@
 
 #include <functional>
 #include <map>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -21,6 +22,7 @@
 #include "model/estimator/blocks.hpp"
 #include "model/estimator/constants.hpp"
 #include "model/estimator/judgement.hpp"
+#include "model/estimator/since.hpp"
 #include "model/numeric/parallel.hpp"
 #include "model/plant/loop_model.hpp"
 
@@ -32,6 +34,8 @@ struct Options {
   bool level_known = true;  // false: PV at CO 0 is that of the record
   double largest_disturbance = kLimits.largest_disturbance;  // of the PV span per root second
   std::function<void(double)> progress{};                    // gets the share that is done
+  std::size_t fitted = 0;                                    // samples; 0: two thirds of the record
+  std::optional<Moments> since{};  // every effect acts from one of these moments on
 };
 
 enum class Verdict : std::uint8_t { no_gap, missing_effect, unexplained };
@@ -43,6 +47,7 @@ struct Found {
   double confidence = 0.0;
   std::map<std::string, Interval> intervals;
   std::string description;  // of a law without a name
+  Interval moment{};        // s, from which it acts, if not always
 };
 
 struct Errors {
@@ -67,6 +72,7 @@ struct Ranked {
 struct Estimate {
   Verdict verdict = Verdict::no_gap;
   std::vector<Found> effects;
+  std::vector<Found> nearest;  // of the chosen hypothesis, if it does not explain the record
   // Hypotheses by probability; {"unnamed"}: none of the catalogue. The sum is 1.
   std::vector<std::pair<std::vector<std::string>, double>> posterior;
   std::vector<Ranked> ranked;
@@ -88,7 +94,7 @@ struct Estimate {
   plant::LoopModel adjusted;  // without an effect, within the uncertainty of the model
 };
 
-// `model`: at the period of the record. `resolution`: of the transmitter, PV units.
+// `model`: at the period of the record.
 Estimate estimate(const Observed& observed, const plant::LoopModel& model, const Options& options,
                   const numeric::ParallelFor& parallel);
 

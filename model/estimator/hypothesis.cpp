@@ -37,10 +37,21 @@ effects::SearchRange actuator_damping(const plant::LoopModel& model) {
   return {"damping", shown ? 0.05 : 0.6, 2.0, true, 1};
 }
 
+// Standard deviation of the random disturbances that a model states, PV units.
+double random_level(const plant::LoopModel& model) {
+  double square = 0.0;
+  for (const effects::EffectSpec& spec : model.disturbances) {
+    if (spec.name != "random_load") continue;
+    const double intensity = spec.parameters.at("intensity");
+    square += 0.5 * intensity * intensity * spec.parameters.at("time_constant");
+  }
+  return std::sqrt(square);
+}
+
 }  // namespace
 
 LoopFacts::LoopFacts(const plant::LoopModel& given, bool level_known, double disturbance)
-    : model(given),
+    : model(plant::without_noise(given)),
       wide(!given.process.integrating() && (given.uncertainty.gain > kLimits.wide ||
                                             given.uncertainty.time_constant > kLimits.wide)),
       level_free(wide || given.process.integrating() || !level_known),
@@ -48,6 +59,7 @@ LoopFacts::LoopFacts(const plant::LoopModel& given, bool level_known, double dis
       pv_span(given.transmitter.span()),
       co_span(given.controller.pid.output_span()),
       largest_disturbance(disturbance * pv_span),
+      level_deviation(random_level(given)),
       damping(actuator_damping(given)),
       frequency(actuator_frequency(given)),
       friction{"friction", 1e-4 * co_span, kLimits.healthy_friction * co_span, true, 1},

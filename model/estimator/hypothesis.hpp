@@ -55,13 +55,14 @@ struct LoopFacts {
   // `largest_disturbance`: of the PV span per root second.
   explicit LoopFacts(const plant::LoopModel& model, bool level_known = true,
                      double largest_disturbance = kLimits.largest_disturbance);
-  plant::LoopModel model;      // without noise and rounding, at the period of the record
+  plant::LoopModel model;      // without noise, rounding and random disturbance, at its period
   bool wide;                   // time constant and dead time are coordinates
   bool level_free;             // the model does not know PV at CO 0
   double answer_s;             // lags plus dead time
   double pv_span;              // PV units
   double co_span;              // CO units
   double largest_disturbance;  // PV units per root second
+  double level_deviation;      // PV units, of the random disturbance that the model states
   effects::SearchRange damping, frequency, friction, time_factor, dead_factor;
 };
 

@@ -9,19 +9,8 @@ namespace {
 
 using effects::Block;
 
-constexpr double kRarer = 2.0;  // nats: a law at another place or time against one with a name
-
+constexpr double kRarer = 2.0;       // nats: a law at another place or time against one with a name
 constexpr double kLeastRatio = 0.1;  // j over s of stiction
-
-Law law_of(const Candidate& candidate, double duration_s) {
-  Law law;
-  static_cast<Candidate&>(law) = candidate;
-  law.duration_s = duration_s;
-  law.moment = {"from", 0.05 * duration_s, 0.95 * duration_s, false, 12, 0.04};
-  // Stiction without a jump is backlash.
-  if (law.slips) law.search[1].low = kLeastRatio;
-  return law;
-}
 
 bool has_unit(const Candidate& candidate, std::string_view parameter, std::string_view unit) {
   const effects::Descriptor* info = effects::find_effect(candidate.name);
@@ -73,15 +62,24 @@ Law at_times(Law law, Law::Timing timing) {
   return law;
 }
 
-// A factor on the flow, stepped instead of solved, so that it can change in time.
+}  // namespace
+
+Law law_of(const Candidate& candidate, double duration_s) {
+  Law law;
+  static_cast<Candidate&>(law) = candidate;
+  law.duration_s = duration_s;
+  law.moment = {"from", 0.05 * duration_s, 0.95 * duration_s, false, 12, 0.04};
+  // Stiction without a jump is backlash.
+  if (law.slips) law.search[1].low = kLeastRatio;
+  return law;
+}
+
 Law stepped_gain(Law law) {
   law.solves_gain = false;
   law.solved.clear();
   law.search = {{"factor", 0.4, 2.5, true, 8}};
   return law;
 }
-
-}  // namespace
 
 effects::Schedule Law::schedule(double moment_s) const noexcept {
   if (timing == Timing::since) return {.from_s = moment_s};

@@ -42,6 +42,11 @@ struct Law : effects::Candidate {
   effects::SearchRange moment{"from", 0.0, 1.0, false, 12, 0.04};
 };
 
+// The law of a candidate, acting always.
+Law law_of(const Candidate& candidate, double duration_s);
+// A factor on the flow, stepped instead of solved, so that it can change in time.
+Law stepped_gain(Law law);
+
 // The effects of the catalogue.
 std::vector<Law> named_laws(const std::vector<Candidate>& catalogue, double duration_s);
 // The same laws at other places and times.

@@ -25,8 +25,10 @@ std::vector<double> prior_deviations(const LoopFacts& loop, std::size_t fixed) {
                 : std::max(part * unknown.dead_time * model.process.dead_time_s,
                            part * model.sample_time_s)};
   // A model that states no level means PV 0 at CO 0.
-  prior.push_back(!loop.level_free ? kLimits.level * std::abs(model.process.gain) * loop.co_span
-                                   : kLimits.free_level * loop.pv_span);
+  prior.push_back(!loop.level_free
+                      ? std::hypot(kLimits.level * std::abs(model.process.gain) * loop.co_span,
+                                   loop.level_deviation)
+                      : kLimits.free_level * loop.pv_span);
   const bool integrating = model.process.integrating();
   for (std::size_t i = 1; i < fixed; ++i) {
     prior.push_back((i == 1 && integrating ? 10.0 : kLimits.start) * loop.pv_span);

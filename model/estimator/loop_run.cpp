@@ -130,6 +130,10 @@ void LoopRun::pass_transmitter(std::span<double> signal) const {
   }
 }
 
+std::size_t LoopRun::sample_at(double time_s) const noexcept {
+  return time_s > 0.0 ? static_cast<std::size_t>(std::lround(time_s / context_.sample_time_s)) : 0;
+}
+
 std::vector<LoopRun::Placed> LoopRun::valve_of(const Hypothesis& hypothesis,
                                                const Point& point) const {
   std::vector<Placed> valve = always(loop_.model.valve_effects);
@@ -246,11 +250,18 @@ double LoopRun::run(const Hypothesis& hypothesis, const Point& point, std::size_
                                   {context.output_low, context.output_high});
     law.reset(flow[0]);
     flow[0] = law.step(co_[0]);
+    // Until it begins, the stem follows its force.
+    const std::size_t first = std::min(moves.size(), sample_at(sticks->schedule.from_s));
+    if (first > 0) {
+      law.reset(moves[first - 1]);
+    }
     // The slips were found with the dead time of the model.
     const double later_s = point.dead_time_s - loop_.model.process.dead_time_s +
                            2.0 * point.actuator_damping / point.actuator_frequency;
-    penalty = follow_slips(law, friction.static_friction(), *slips,
-                           static_cast<std::ptrdiff_t>(std::lround(later_s / h)), moves);
+    penalty = follow_slips(
+        law, friction.static_friction(), *slips,
+        static_cast<std::ptrdiff_t>(std::lround(later_s / h)) + static_cast<std::ptrdiff_t>(first),
+        moves.subspan(first));
     flow[0] = after.reset(flow[0], 0.0);
     after.run(moves, 0.0, h);
   }
@@ -288,6 +299,14 @@ void LoopRun::solved(const Hypothesis& hypothesis, const Point& point, std::size
   for (auto& column : columns) column.assign(samples, 1.0);
   if (candidate.fill != nullptr) {
     candidate.fill(point.searched[term], context_.sample_time_s, columns);
+  }
+  if (candidate.timing == Law::Timing::since) {
+    const std::size_t first = std::min(samples, sample_at(point.schedules[term].from_s));
+    for (auto& column : columns) {
+      std::copy_backward(column.begin(), column.end() - static_cast<std::ptrdiff_t>(first),
+                         column.end());
+      std::fill_n(column.begin(), first, 0.0);
+    }
   }
   if (candidate.block != Block::disturbance) return;
   for (auto& column : columns) pass_transmitter(column);

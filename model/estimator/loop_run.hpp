@@ -75,6 +75,7 @@ class LoopRun {
   static void add_healthy_valve(std::vector<Placed>& valve, const Point& point);
   std::vector<Placed> valve_of(const Hypothesis& hypothesis, const Point& point) const;
   void pass_transmitter(std::span<double> signal) const;
+  std::size_t sample_at(double time_s) const noexcept;
   void show(const effects::EffectChain& chain, std::vector<double> (&columns)[3]) const;
   // Effects between valve and PV, of the model and of the hypothesis.
   struct Behind {

@@ -8,15 +8,14 @@
 #include <utility>
 
 #include "model/analysis/identification.hpp"
-#include "model/twin/polish.hpp"
-#include "model/twin/twin_fit.hpp"
+#include "model/twin/error_left.hpp"
+#include "model/twin/process_fit.hpp"
 #include "model/twin/usable.hpp"
 #include "model/effects/catalogue.hpp"
+#include "model/estimator/constants.hpp"
+#include "model/estimator/estimate.hpp"
 #include "model/gap/check.hpp"
-#include "model/gap/constants.hpp"
 #include "model/gap/independence.hpp"
-#include "model/gap/model_run.hpp"
-#include "model/gap/prove.hpp"
 #include "model/gap/record_check.hpp"
 #include "model/numeric/statistics.hpp"
 #include "model/numeric/text.hpp"
@@ -34,20 +33,31 @@ using gap::FoundEffect;
 using numeric::text;
 using plant::LoopModel;
 
-// What the loop's own process does: moved, not named.
-const std::vector<std::string> kOfTheProcess{"gain_change", "extra_dead_time"};
+// What the loop's own process does, and its level: moved, not named. A law without a name is no
+// part of a twin.
+const std::vector<std::string> kOfTheProcess{"gain_change", "extra_dead_time", "output_bias",
+                                             "leakage", "learned"};
 constexpr double kLoadTime_s = 300.0;  // a load that wanders is forgotten in this time
 constexpr double kLeastSpMove =
     0.002;  // of the PV span: what is a move of SP in the twin's scenario
 constexpr std::size_t kMostSpMoves = 400;
-constexpr double kClearlyBest = 100.0;  // nats over the model alone
 // What is left is none of the twin's business up to so many floors; from fewer on it is remarked.
 constexpr double kFewFloors = 2.0;
 constexpr double kRemarked = 1.5;
 constexpr double kMatters = 0.5;  // of what is left: what follows SP or CO
 
-bool of_the_day(const FoundEffect& effect) {
-  return effect.block == Block::disturbance || effect.spec.name == "drift";
+bool of_the_day(const effects::EffectSpec& spec, Block block) {
+  return block == Block::disturbance || spec.name == "drift";
+}
+
+// The quasi-static law: the twin's dead time contains the delay of its actuator.
+effects::EffectSpec without_momentum(effects::EffectSpec spec) {
+  const auto law = spec.options.find("law");
+  if (law == spec.options.end() || law->second != "inertial") return spec;
+  spec.options.erase(law);
+  spec.parameters.erase("natural_frequency");
+  spec.parameters.erase("damping");
+  return spec;
 }
 
 Spans spans_of(const LoopModel& model) {
@@ -60,33 +70,6 @@ Spans measured_spans(const numeric::LoopRecord& record) {
   const numeric::Range pv = numeric::range_of(record.pv);
   return {co.low, co.high, pv.low, pv.high};
 }
-
-// The free run of a model under the record's CO, and how far it is from it.
-class Runs {
- public:
-  Runs(const numeric::LoopRecord& record, const LoopModel& model)
-      : checked_(gap::check(record, model)) {}
-
-  Stage stage(std::string name, const LoopModel& model) const {
-    LoopModel quiet = plant::without_noise(model);
-    quiet.sample_time_s = checked_.model.sample_time_s;
-    Stage out{.name = std::move(name), .pv = {}};
-    out.pv = checked_.closed_loop
-                 ? gap::closed_loop(quiet, checked_.sp, checked_.pv.front())
-                 : gap::free_run(quiet, checked_.co, checked_.pv, checked_.measured);
-    const gap::Misfit misfit = gap::misfit_of(checked_.pv, out.pv, checked_.used, 0.0);
-    out.rmse = misfit.training_rmse;
-    out.holdout_rmse = misfit.holdout_rmse;
-    return out;
-  }
-  gap::Misfit misfit(const Stage& stage, double floor) const {
-    return gap::misfit_of(checked_.pv, stage.pv, checked_.used, floor);
-  }
-  const gap::CheckedRecord& checked() const noexcept { return checked_; }
-
- private:
-  gap::CheckedRecord checked_;
-};
 
 // The moves of SP as they were, for `simulate` and for training.
 plant::Scenario scenario_of(const numeric::LoopRecord& record, const LoopModel& model) {
@@ -117,14 +100,15 @@ std::string words(std::string name) {
 }
 
 // Why the valve is not healthy; empty where the effect may be the twin's.
-std::string why_not_healthy(const FoundEffect& effect, const LoopModel& model, double limit) {
-  if (effect.block != Block::valve) return "";
-  const std::string& name = effect.spec.name;
+std::string why_not_healthy(const effects::EffectSpec& spec, Block block, const LoopModel& model,
+                            double limit) {
+  if (block != Block::valve) return "";
+  const std::string& name = spec.name;
   if (name == "low_air_supply" || name == "cam_obstruction" || name == "intermittent_stiction") {
     return text("The valve is not healthy: %s. %s", words(name).c_str(),
                 effects::find_effect(name)->remedy);
   }
-  const double size = size_percent(effect.spec, model.controller.pid.output_span());
+  const double size = size_percent(spec, model.controller.pid.output_span());
   if (!(size > limit)) return "";
   return text("The valve is not healthy: %s of %.1f %% of span, at most %.1f %% is allowed. %s",
               words(name).c_str(), size, limit, effects::find_effect(name)->remedy);
@@ -132,7 +116,7 @@ std::string why_not_healthy(const FoundEffect& effect, const LoopModel& model, d
 
 class Commissioner {
  public:
-  Commissioner(const Request& request, const gap::ParallelFor& parallel,
+  Commissioner(const Request& request, const numeric::ParallelFor& parallel,
                const std::function<void(double)>& progress)
       : request_(request),
         record_(request.records.front()),
@@ -226,184 +210,196 @@ class Commissioner {
     LoopModel other = out_.given;
     other.process = assumed.model->process;
     other.process.level = out_.given.process.level;
-    const Runs runs(record_, out_.given);
-    if (!runs.checked().quality.usable) return true;  // find_gap says why
-    if (runs.stage("", other).rmse < runs.stage("", model_).rmse) {
+    const gap::CheckedRecord checked = gap::check(record_, out_.given);
+    if (!checked.quality.usable) return true;  // build() gives the reason
+    const FittedRecord fitted = fitted_part(checked, out_.given);
+    if (follow_process(fitted, other).training_rmse <
+        follow_process(fitted, model_).training_rmse) {
       other.uncertainty = kIdentified;
       model_ = std::move(other);
     }
     return true;
   }
 
+  static FittedRecord fitted_part(const gap::CheckedRecord& checked, const LoopModel& model) {
+    FittedRecord out{.observed = {checked.record.period_s, checked.co, checked.pv,
+                                  checked.measured},
+                     .fitted = checked.training_end};
+    out.noise_rms = estimator::noise_of(out.observed, out.fitted, model.transmitter.resolution,
+                                        model.transmitter.span());
+    return out;
+  }
+
+  void add_stage(std::string name, const ProcessFit& fit) {
+    out_.stages.push_back({std::move(name), fit.training_rmse, fit.holdout_rmse, fit.pv});
+  }
+
+  // The competition of effects about the present model.
+  estimator::Estimate compete(LoopModel model) const {
+    model.sample_time_s = record_.period_s;
+    model.uncertainty = kAbout;
+    model.disturbances.push_back(any_level(model));
+    return estimator::estimate(fitted_.observed, model, {.without = kOfTheProcess}, parallel_);
+  }
+
+  // 1. The process, searched if the model is a rough belief.
+  // 2. Effects, a competition in each round, and the process about them.
+  // 3. Characteristic and friction of a healthy valve.
   void build() {
-    const Runs runs(record_, out_.given);
-    if (!runs.checked().quality.usable) {
-      refuse(Outcome::not_usable, runs.checked().quality.refusal);
+    checked_ = gap::check(record_, out_.given);
+    if (!checked_.quality.usable) {
+      refuse(Outcome::not_usable, checked_.quality.refusal);
       return;
     }
-    out_.stages.push_back(runs.stage("as given", out_.given));
-    gap::Options options;
-    options.search.without = kOfTheProcess;
-    const double share = 1.0 / static_cast<double>(kMostRounds + request_.records.size() - 1);
-    gap::Result last;
-    bool adjusted = false;
+    fitted_ = fitted_part(checked_, out_.given);
+    model_.sample_time_s = record_.period_s;
+    add_stage("as given", follow_process(fitted_, out_.given));
+    if (model_.uncertainty == kRoughBelief) model_ = find_process(fitted_, model_);
+    fit_ = fit_process(fitted_, model_);
+    if (record_.has_co()) fit_ = bend_characteristic(fitted_, fit_);
+    add_stage("process", fit_);
+    estimator::Estimate last;
     bool challenged = false;
+    const double share = 1.0 / static_cast<double>(kMostRounds + request_.records.size());
     for (int round = 0; round < kMostRounds; ++round) {
-      // First as any gap: faults are named best so. Then a healthy valve's friction and the
-      // actuator's lag are what the twin is to have, not to be excused.
-      options.search.allowances = round == 0;
-      last = gap::find_gap(record_, model_, options, parallel_, [&](double done) {
-        progress_(share * (static_cast<double>(round) + done));
-      });
-      if (!last.check.usable) {
-        refuse(Outcome::not_usable, last.check.refusal);
-        return;
-      }
-      load_ = last.load_intensity;
+      last = compete(fit_.model);
+      progress_(share * static_cast<double>(round + 1));
+      // A characteristic that is not quite right makes faults of other forms: before a valve is
+      // called faulty, the healthy effects are fitted without the fault.
       if (is_faulty(last)) {
-        if (!std::exchange(challenged, true)) {
-          challenge(runs, last);
-          round = -1;
-          continue;
+        const bool alone = take_in(last).empty();
+        if (challenged || (alone && round > 0)) {
+          finish(last);
+          out_.outcome = Outcome::not_healthy;
+          return;
         }
-        out_.effects = last.effects;
-        finish(runs, last);
-        out_.outcome = Outcome::not_healthy;
-        return;
+        challenged = true;
+        continue;
       }
-      if (last.outcome == gap::Outcome::missing_effect) {
-        take_in(last);
-        out_.stages.push_back(runs.stage(names_of(last.effects), model_));
-        adjusted = true;
-      } else if (round > 0) {
-        if (!adjusted) {
-          model_ = last.adjusted;
-          out_.stages.push_back(runs.stage("process", model_));
-        }
-        break;
-      }
+      if (last.verdict != estimator::Verdict::missing_effect) break;
+      add_stage(take_in(last), fit_);
     }
-    polish_all(runs);
-    judge(runs, last);
-    if (out_.outcome == Outcome::commissioned) prove_on_others(options, share);
+    polish();
+    judge(last);
+    if (out_.outcome == Outcome::commissioned) prove_on_others(share);
     progress_(1.0);
   }
 
-  // A characteristic that is not quite right, or a healthy friction where it is steep, makes faults
-  // of other forms out of what it leaves: before a valve is called faulty, what else was found has
-  // its numbers fitted without the fault. A fault that is a friction itself is not to be shared
-  // with a healthy one.
-  void challenge(const Runs& runs, gap::Result found) {
-    const plant::ProcessUncertainty uncertainty = model_.uncertainty;
-    bool friction = false;
-    std::erase_if(found.effects, [&](const FoundEffect& effect) {
-      if (why_not_healthy(effect, out_.given, request_.healthy_limit_percent).empty()) return false;
-      std::erase(found.corrected.valve_effects, effect.spec);
-      friction = friction ||
-                 std::isfinite(size_percent(effect.spec, out_.given.controller.pid.output_span()));
-      return true;
-    });
-    if (found.outcome == gap::Outcome::missing_effect) take_in(found);
-    const Polished polished = polish(model_, record_, friction ? 0.0 : most_friction());
-    model_ = polished.model;
-    model_.uncertainty = uncertainty;
-    note_friction(polished);
-    out_.stages.push_back(runs.stage(
-        found.effects.empty() ? "all parameters together" : names_of(found.effects), model_));
-  }
-
   // Says why.
-  bool is_faulty(const gap::Result& result) {
+  bool is_faulty(const estimator::Estimate& found) {
     const double limit = request_.healthy_limit_percent;
-    for (const FoundEffect& effect : result.effects) {
-      out_.why = why_not_healthy(effect, out_.given, limit);
+    for (const estimator::Found& effect : found.effects) {
+      out_.why = why_not_healthy(effect.spec, effect.block, out_.given, limit);
       if (!out_.why.empty()) return true;
     }
-    if (result.outcome != gap::Outcome::unexplained) return false;
-    // Nothing is believed, but what comes nearest is a fault of the valve.
-    const auto best =
-        std::max_element(result.candidates.begin(), result.candidates.end(),
-                         [](const auto& a, const auto& b) { return !(a.score >= b.score); });
-    if (best == result.candidates.end() || !(best->score >= kClearlyBest)) return false;
-    FoundEffect nearest;
-    nearest.spec = best->spec;
-    nearest.block = best->block;
-    const std::string why = why_not_healthy(nearest, out_.given, limit);
-    if (why.empty()) return false;
-    out_.why = why + " (No effect explains the whole record; this one is the nearest.)";
-    return true;
+    for (const estimator::Found& effect : found.nearest) {
+      const std::string why = why_not_healthy(effect.spec, effect.block, out_.given, limit);
+      if (why.empty()) continue;
+      out_.why = why + " (No effect explains the whole record; this one is the nearest.)";
+      return true;
+    }
+    return false;
   }
 
-  static std::string names_of(const std::vector<FoundEffect>& effects) {
+  // Adds the effects that a healthy valve may have, and fits the process about them. Returns their
+  // names.
+  std::string take_in(const estimator::Estimate& found) {
+    LoopModel next = fit_.model;
     std::string names;
-    for (const FoundEffect& effect : effects) {
+    for (const estimator::Found& effect : found.effects) {
+      if (!why_not_healthy(effect.spec, effect.block, out_.given, request_.healthy_limit_percent)
+               .empty()) {
+        continue;
+      }
+      add_effect(effect, next);
       names += (names.empty() ? "" : " and ") + words(effect.spec.name);
     }
+    fit_ = fit_process(fitted_, next);
+    if (record_.has_co()) fit_ = bend_characteristic(fitted_, fit_);
     return names;
   }
 
-  void take_in(const gap::Result& result) {
-    model_ = result.corrected;
-    // What is found from here on is beside this.
-    model_.uncertainty =
-        plant::ProcessUncertainty{.gain = 0.1, .time_constant = 0.1, .dead_time = 0.1};
-    for (const FoundEffect& effect : result.effects) {
-      if (!of_the_day(effect)) {
-        out_.effects.push_back(effect);
-        continue;
+  void add_effect(const estimator::Found& effect, LoopModel& model) {
+    const effects::EffectSpec spec = without_momentum(effect.spec);
+    switch (effect.block) {
+      case Block::valve: {
+        std::erase_if(model.valve_effects, [&](const auto& s) { return s.name == spec.name; });
+        const auto rank = [](const effects::EffectSpec& s) {
+          return effects::find_effect(s.name)->valve_rank;
+        };
+        const auto after =
+            std::find_if(model.valve_effects.begin(), model.valve_effects.end(),
+                         [&](const auto& s) { return rank(s) > rank(spec); });
+        model.valve_effects.insert(after, spec);
+        break;
       }
-      out_.notes.push_back(words(effect.spec.name) +
-                           ": a condition of that day, not of the loop; not included in the twin");
-      day_.push_back(effect.spec);
+      case Block::process: model.process_effects.push_back(spec); break;
+      case Block::transmitter: model.transmitter_effects.push_back(spec); break;
+      case Block::disturbance: model.disturbances.push_back(spec); break;
+      case Block::controller: break;
     }
-  }
-
-  void note_friction(const Polished& polished) {
-    if (!(polished.friction_percent > 0.0)) return;
-    out_.notes.push_back(text("healthy valve friction: %.2f %% of span (included in the twin)",
-                              polished.friction_percent));
+    if (of_the_day(spec, effect.block)) {
+      out_.notes.push_back(words(spec.name) +
+                           ": a condition of that day, not of the loop; not included in the twin");
+      day_.push_back(spec);
+      return;
+    }
+    FoundEffect& shown = out_.effects.emplace_back();
+    shown.spec = spec;
+    shown.block = effect.block;
+    shown.confidence = effect.confidence;
+    for (const auto& [name, range] : effect.intervals) shown.interval[name] = range.within;
   }
 
   double most_friction() const {
-    if (!out_.given.has_valve) return 0.0;
+    if (!out_.given.has_valve || !record_.has_co()) return 0.0;
     return 0.01 * request_.healthy_limit_percent * out_.given.controller.pid.output_span();
   }
 
-  // What the rounds leave: numbers that were fitted one after the other, and friction too small to
-  // be called missing.
-  void polish_all(const Runs& runs) {
-    const Polished polished = polish(model_, record_, most_friction());
-    if (polished.rms_error > 0.0) load_ = polished.load_intensity;
-    if (!polished.changed) return;
-    model_ = polished.model;
-    note_friction(polished);
-    const bool friction = polished.friction_percent > 0.0;
-    out_.stages.push_back(runs.stage(
-        friction ? "friction and all parameters together" : "all parameters together", model_));
+  // Characteristic and friction, which are too small to be called missing.
+  void polish() {
+    double percent = 0.0;
+    fit_ = add_friction(fitted_, fit_, most_friction(), percent);
+    if (!(percent > 0.0)) return;
+    out_.notes.push_back(
+        text("healthy valve friction: %.2f %% of span (included in the twin)", percent));
+    add_stage("friction", fit_);
   }
 
-  // The twin from the model that all the rounds made, and what is left of the gap.
-  void finish(const Runs& runs, const gap::Result& last) {
-    const Stage end = runs.stage("twin", model_);
-    gap::Result result = last;
-    // What a better model leaves is no floor.
-    // The load of a healthy record is the twin's own: it counts whether SP moved or not.
-    const double noise = last.check.noise_rms;
-    const double quiet = std::min(last.rest.quiet_rmse, std::max(noise, end.holdout_rmse));
+  // The twin from the fit, and what is left of the gap.
+  void finish(const estimator::Estimate& last) {
+    const double noise = fitted_.noise_rms;
+    const double load = disturbance_of(fitted_, fit_.pv);
+    const double of_load =
+        std::min(load, estimator::kLimits.largest_disturbance * out_.given.transmitter.span()) *
+        std::sqrt(0.5 * kLoadTime_s);
+    gap::Result result;
+    result.check = checked_.quality;
     result.floor.transmitter_rmse = noise;
-    result.floor.load_rmse = std::sqrt(std::max(0.0, quiet * quiet - noise * noise));
+    result.floor.load_rmse = std::min(
+        of_load, std::sqrt(std::max(0.0, fit_.holdout_rmse * fit_.holdout_rmse - noise * noise)));
+    result.load_intensity = load;
     const double floor = result.floor.rmse();
+    result.outcome = last.verdict == estimator::Verdict::unexplained ? gap::Outcome::unexplained
+                     : out_.effects.empty()                          ? gap::Outcome::no_gap
+                                            : gap::Outcome::missing_effect;
     result.model = out_.given;
     result.effects = out_.effects;
-    result.before = runs.misfit(out_.stages.front(), floor);
-    result.after = runs.misfit(end, floor);
+    add_stage("twin", fit_);
+    result.before = error_left(checked_.pv, out_.stages.front().pv, checked_.used,
+                               fitted_.fitted, floor);
+    result.after = error_left(checked_.pv, fit_.pv, checked_.used, fitted_.fitted, floor);
+    result.holdout_from_s = record_.seconds_at(checked_.training_end);
     result.series.pv_before = out_.stages.front().pv;
-    result.series.pv_after = end.pv;
-    out_.closed = gap::gap_closed(result.before.holdout_rmse, result.after.holdout_rmse, floor);
-    if (out_.stages.back().pv != end.pv) out_.stages.push_back(end);
+    result.series.pv_after = fit_.pv;
+    out_.closed =
+        gap_closed(result.before.holdout_rmse, result.after.holdout_rmse, floor);
 
-    const LoopModel whole = refitted(model_, record_);
-    LoopModel twin = whole;
+    // The last third has proved the model: now it counts, too.
+    FittedRecord whole = fitted_;
+    whole.fitted = record_.size();
+    const ProcessFit all = fit_process(whole, fit_.model);
+    LoopModel twin = all.model;
     twin.uncertainty = out_.given.uncertainty;
     if (out_.identified) twin.uncertainty = {};
     const auto is_of_the_day = [&](const effects::EffectSpec& spec) {
@@ -413,15 +409,14 @@ class Commissioner {
     std::erase_if(twin.transmitter_effects, is_of_the_day);
     std::erase_if(twin.disturbances,
                   [](const effects::EffectSpec& spec) { return spec.name == "random_load"; });
-    if (load_ > 0.0) {
+    if (load > 0.0) {
       twin.disturbances.push_back(
-          {"random_load", {{"intensity", load_}, {"time_constant", kLoadTime_s}}});
+          {"random_load", {{"intensity", load}, {"time_constant", kLoadTime_s}}});
     }
     const double rounding = twin.transmitter.resolution / std::sqrt(12.0);
-    twin.transmitter.noise =
-        std::sqrt(std::max(0.0, last.check.noise_rms * last.check.noise_rms - rounding * rounding));
+    twin.transmitter.noise = std::sqrt(std::max(0.0, noise * noise - rounding * rounding));
     if (record_.has_sp()) twin.scenario = scenario_of(record_, twin);
-    twin.twin = twin_fit(whole, record_);
+    twin.twin = all.posterior;
     if (record_.has_co()) watch_healthy(twin);
     result.corrected = twin;
     out_.twin = std::move(twin);
@@ -477,8 +472,8 @@ class Commissioner {
   }
 
   // "SP", "CO": what the rest of the last third follows; empty: nothing, or it can't be told.
-  std::string what_it_follows(const Runs& runs, double left) const {
-    const gap::CheckedRecord& checked = runs.checked();
+  std::string what_it_follows(double left) const {
+    const gap::CheckedRecord& checked = checked_;
     const std::vector<double>& pv = out_.gap->series.pv_after;
     std::vector<double> error(pv.size());
     for (std::size_t k = 0; k < pv.size(); ++k) error[k] = checked.pv[k] - pv[k];
@@ -500,13 +495,13 @@ class Commissioner {
     return found.follows_co ? "CO" : "";
   }
 
-  void judge(const Runs& runs, const gap::Result& last) {
-    finish(runs, last);
+  void judge(const estimator::Estimate& last) {
+    finish(last);
     const double left = out_.gap->after.holdout_rmse;
     const double floor = out_.gap->floor.rmse();
     // Where the model that it began with is right already, there is no gap to close: then what is
     // left counts.
-    const std::string follows = what_it_follows(runs, left);
+    const std::string follows = what_it_follows(left);
     const bool little =
         left <= kRemarked * floor || (left <= kFewFloors * floor && follows.empty());
     if (std::isfinite(out_.closed) && out_.closed < kLeastClosed && !little) {
@@ -517,13 +512,11 @@ class Commissioner {
                   100.0 * std::max(0.0, out_.closed), 100.0 * kLeastClosed));
       return;
     }
-    if (last.outcome == gap::Outcome::unexplained && left > kFewFloors * floor) {
+    if (last.verdict == estimator::Verdict::unexplained && left > kFewFloors * floor) {
       refuse(Outcome::not_explained,
              text("The remaining error of PV is %.1f times the noise floor, and no effect explains "
-                  "it: it "
-                  "looks like %s.",
-                  left / floor,
-                  last.remainder ? gap::to_text(last.remainder->looks_like) : "no known effect"));
+                  "it.",
+                  left / floor));
       return;
     }
     out_.outcome = Outcome::commissioned;
@@ -538,28 +531,31 @@ class Commissioner {
              100.0 * left / out_.twin.transmitter.span(), left / floor);
   }
 
-  void prove_on_others(const gap::Options& options, double share) {
+  void prove_on_others(double share) {
     for (std::size_t i = 1; i < request_.records.size(); ++i) {
       const numeric::LoopRecord& record = request_.records[i];
-      const double begun = share * static_cast<double>(kMostRounds + static_cast<int>(i) - 1);
-      const gap::Result result =
-          gap::find_gap(record, out_.twin, options, parallel_,
-                        [&](double done) { progress_(begun + share * done); });
       const auto number = static_cast<int>(i + 1);
-      if (!result.check.usable) {
-        refuse(Outcome::not_usable, text("Record %d: %s", number, result.check.refusal.c_str()));
+      const gap::CheckedRecord checked = gap::check(record, out_.twin);
+      if (!checked.quality.usable) {
+        refuse(Outcome::not_usable,
+               text("Record %d: %s", number, checked.quality.refusal.c_str()));
         return;
       }
-      for (const FoundEffect& effect : result.effects) {
-        const std::string why = why_not_healthy(effect, out_.twin, request_.healthy_limit_percent);
+      LoopModel twin = out_.twin;
+      twin.sample_time_s = record.period_s;
+      const FittedRecord fitted = fitted_part(checked, twin);
+      const estimator::Estimate found =
+          estimator::estimate(fitted.observed, twin, {.without = kOfTheProcess}, parallel_);
+      progress_(share * static_cast<double>(kMostRounds + number - 1));
+      for (const estimator::Found& effect : found.effects) {
+        const std::string why = why_not_healthy(effect.spec, effect.block, out_.twin,
+                                                request_.healthy_limit_percent);
         if (why.empty()) continue;
         refuse(Outcome::not_healthy, text("Record %d: %s", number, why.c_str()));
         return;
       }
-      const bool differs = result.outcome == gap::Outcome::unexplained &&
-                           result.before.holdout_rmse >
-                               kFewFloors * std::max(result.floor.rmse(), result.rest.quiet_rmse);
-      if (differs) {
+      if (found.verdict == estimator::Verdict::unexplained &&
+          found.before.holdout > kFewFloors * found.floor) {
         refuse(Outcome::not_explained, text("Record %d does not agree with the twin of the first "
                                             "record, and no effect explains "
                                             "the difference.",
@@ -567,18 +563,20 @@ class Commissioner {
         return;
       }
       out_.notes.push_back(text("record %d: rmse %.4g PV units, noise floor %.4g", number,
-                                result.before.rmse, result.floor.rmse()));
+                                found.before.holdout, found.floor));
     }
   }
 
   const Request& request_;
   const numeric::LoopRecord& record_;
-  const gap::ParallelFor& parallel_;
+  const numeric::ParallelFor& parallel_;
   const std::function<void(double)>& progress_;
   Commissioning out_;
   LoopModel model_;
+  gap::CheckedRecord checked_;
+  FittedRecord fitted_;
+  ProcessFit fit_;
   std::vector<effects::EffectSpec> day_;
-  double load_ = 0.0;
 };
 
 }  // namespace
@@ -606,7 +604,7 @@ double size_percent(const effects::EffectSpec& spec, double co_span) {
   return most;
 }
 
-Commissioning commission(const Request& request, const gap::ParallelFor& parallel,
+Commissioning commission(const Request& request, const numeric::ParallelFor& parallel,
                          const std::function<void(double)>& progress) {
   return Commissioner(request, parallel, progress).run();
 }

@@ -26,7 +26,9 @@
 #include <vector>
 
 #include "model/analysis/identification.hpp"
-#include "model/gap/workflow.hpp"
+#include "model/gap/result.hpp"
+#include "model/numeric/loop_record.hpp"
+#include "model/numeric/parallel.hpp"
 
 namespace loopwarden::twin {
 
@@ -47,7 +49,10 @@ inline constexpr plant::ProcessUncertainty kRoughBelief{
     .gain = 0.5, .time_constant = 0.6, .dead_time = 0.8};
 inline constexpr plant::ProcessUncertainty kIdentified{
     .gain = 0.3, .time_constant = 0.3, .dead_time = 0.3};
-inline constexpr int kMostRounds = 4;
+// About the process that was fitted.
+inline constexpr plant::ProcessUncertainty kAbout{
+    .gain = 0.1, .time_constant = 0.1, .dead_time = 0.1};
+inline constexpr int kMostRounds = 3;
 
 struct Request {
   std::vector<numeric::LoopRecord> records;  // at least one
@@ -80,7 +85,7 @@ struct Commissioning {
   std::vector<Stage> stages;
 };
 
-Commissioning commission(const Request& request, const gap::ParallelFor& parallel,
+Commissioning commission(const Request& request, const numeric::ParallelFor& parallel,
                          const std::function<void(double)>& progress);
 
 // % of the CO span that a valve fault of this size takes; NaN for what has no size.

@@ -8,9 +8,13 @@
 #include <vector>
 
 #include "model/twin/commission.hpp"
-#include "model/twin/since_change.hpp"
+#include "model/twin/error_left.hpp"
 #include "model/effects/catalogue.hpp"
-#include "model/gap/prove.hpp"
+#include "model/estimator/estimate.hpp"
+#include "model/gap/check.hpp"
+#include "model/gap/controller.hpp"
+#include "model/numeric/text.hpp"
+#include "model/plant/loop_model.hpp"
 #include "model/watch/controller_watch.hpp"
 #include "model/alarm/given_name.hpp"
 #include "model/watch/twin_watch.hpp"
@@ -21,6 +25,23 @@ namespace {
 using alarm::AlarmKind;
 
 constexpr double kHardlyLess = 8.0;
+constexpr double kUnseen_s = 180.0;  // a change shows when the stem, or SP, moves
+constexpr double kDeviations = 2.0;  // of the twin's posterior
+constexpr double kLeastProbability = 0.05;
+constexpr double kSureOfController = 0.97;
+constexpr std::size_t kMostCandidates = 12;
+constexpr double kLeastBefore_s = 240.0;  // healthy samples that are fitted
+constexpr double kAnswersBefore = 30.0;
+constexpr double kLeastAfter_s = 120.0;  // in which a moment can be found
+// The least that a twin's process changes by itself.
+constexpr plant::ProcessUncertainty kLeastUncertainty{
+    .gain = 0.02, .time_constant = 0.04, .dead_time = 0.03};
+
+// Of the record's samples.
+struct ChangeMoment {
+  std::size_t earliest = 0;
+  std::size_t likeliest = 0;  // no change began after it
+};
 
 // What the twin's watches held at each sample of a stretch.
 struct Held {
@@ -72,24 +93,200 @@ std::optional<ChangeMoment> where_retuned(const std::vector<double>& squares) {
   });
 }
 
-// A change of the twin goes before what the workflow finds in the stretch alone, where it closes
-// most of the gap, or more than that. Controller output stands beside it. `first`: sample at
-// which its record begins.
-void take_over(Explanation& out, SinceChange&& since, std::size_t first) {
-  gap::Result& result = out.result;
-  if (!result.check.usable || since.effects.empty()) return;
-  const bool found = result.outcome == gap::Outcome::missing_effect;
-  if (since.closed < kClosed && found && !(out.closed < since.closed)) return;
-  std::erase_if(result.effects,
-                [](const auto& effect) { return effect.block != effects::Block::controller; });
-  result.effects.insert(result.effects.begin(), since.effects.begin(), since.effects.end());
+// How far the process may be from the twin's before its change has a name.
+plant::ProcessUncertainty uncertainty_of(const plant::LoopModel& twin) {
+  plant::ProcessUncertainty out = kLeastUncertainty;
+  if (!twin.twin) return out;
+  for (std::size_t i = 0; i < twin.twin->parameters.size(); ++i) {
+    const double within = kDeviations * std::sqrt(twin.twin->covariance[i][i]);
+    const std::string& name = twin.twin->parameters[i];
+    double& value = name == "gain"            ? out.gain
+                    : name == "time_constant" ? out.time_constant
+                                              : out.dead_time;
+    value = std::max(value, within);
+  }
+  return out;
+}
+
+// Names that the record can't distinguish from `name`: they take its place in a hypothesis with
+// about as much probability.
+std::vector<std::string> alternatives_to(const std::string& name,
+                                         const estimator::Estimate& found) {
+  std::vector<std::string> chosen;
+  for (std::size_t begin = 0; begin <= found.chosen.size();) {
+    const std::size_t end = std::min(found.chosen.find('+', begin), found.chosen.size());
+    chosen.push_back(found.chosen.substr(begin, end - begin));
+    begin = end + 1;
+  }
+  std::erase(chosen, name);
+  std::vector<std::string> out;
+  for (const auto& [names, probability] : found.posterior) {
+    if (probability < kLeastProbability) continue;
+    std::vector<std::string> others = names;
+    if (others.size() != chosen.size() + 1) continue;
+    for (const std::string& shared : chosen) std::erase(others, shared);
+    if (others.size() == 1 && others[0] != name && effects::find_effect(others[0]) != nullptr) {
+      out.push_back(others[0]);
+    }
+  }
+  // A bias that begins is a step.
+  if (name == "step_disturbance") out.emplace_back("output_bias");
+  return out;
+}
+
+// The columns of the record for pictures.
+gap::Series series_of(const numeric::LoopRecord& record, const gap::CheckedRecord& checked,
+                      const estimator::Estimate& found) {
+  gap::Series s;
+  for (std::size_t k = 0; k < record.size(); ++k) s.time_s.push_back(record.seconds_at(k));
+  s.pv = checked.record.pv;
+  if (record.has_sp()) s.sp = record.sp;
+  s.co = checked.co;
+  s.pv_before = found.pv_before;
+  s.pv_after = found.pv_after;
+  return s;
+}
+
+// Competition of changes of the twin in a part of the record.
+class Changes {
+ public:
+  Changes(const numeric::LoopRecord& record, const plant::LoopModel& twin)
+      : record_(record), twin_(twin), checked_(gap::check(record, twin)) {}
+
+  // `change`: samples of the part; zeros: no healthy samples are known.
+  gap::Result find(const ChangeMoment& change, const numeric::ParallelFor& parallel,
+                   Explanation& out) const {
+    gap::Result result;
+    result.check = checked_.quality;
+    result.model = result.corrected = twin_;
+    if (!result.check.usable) return result;
+    plant::LoopModel model = twin_;
+    model.sample_time_s = record_.period_s;
+    model.uncertainty = uncertainty_of(twin_);
+    model.scenario.faults.clear();
+    estimator::Options options{.without = {"learned"}, .most_effects = 2};
+    const std::size_t proof = (record_.size() - change.earliest) / 3;
+    if (change.likeliest > 0) {
+      const double earliest_s = record_.seconds_at(change.earliest);
+      options.since = {std::max(0.5 * earliest_s, earliest_s - kUnseen_s),
+                       record_.seconds_at(change.likeliest)};
+    }
+    options.fitted = record_.size() - proof;
+    const estimator::Estimate found = estimator::estimate(
+        {record_.period_s, checked_.co, checked_.pv, checked_.measured}, model, options, parallel);
+    result.outcome = found.verdict == estimator::Verdict::missing_effect
+                         ? gap::Outcome::missing_effect
+                     : found.verdict == estimator::Verdict::no_gap ? gap::Outcome::no_gap
+                                                                   : gap::Outcome::unexplained;
+    result.closed_loop = checked_.closed_loop;
+    result.floor = {.transmitter_rmse = found.noise_rms,
+                    .load_rmse = std::sqrt(std::max(
+                        0.0, found.floor * found.floor - found.noise_rms * found.noise_rms))};
+    result.before =
+        error_left(checked_.pv, found.pv_before, checked_.used, options.fitted, found.floor);
+    result.after =
+        error_left(checked_.pv, found.pv_after, checked_.used, options.fitted, found.floor);
+    result.holdout_from_s = record_.seconds_at(options.fitted);
+    result.series = series_of(record_, checked_, found);
+    out.closed = gap_closed(found.before.holdout, found.after.holdout, found.floor);
+    if (!found.effects.empty()) result.corrected = found.corrected;
+    for (const estimator::Found& effect : found.effects) {
+      result.effects.push_back(shown(effect, found, out.closed));
+    }
+    for (const estimator::Ranked& one : found.ranked) {
+      if (result.candidates.size() < kMostCandidates)
+        result.candidates.push_back(tried(one, found));
+    }
+    if (!found.effects.empty()) {
+      const estimator::Interval moment = moment_of(found.effects.front());
+      const auto sample = [&](double s) {
+        return static_cast<std::size_t>(std::lround(std::max(0.0, s) / record_.period_s));
+      };
+      out.at = sample(moment.value);
+      out.from = {sample(moment.within[0]), sample(moment.within[1])};
+    }
+    result.sentence = !result.effects.empty() ? result.effects.front().evidence
+                      : result.outcome == gap::Outcome::no_gap
+                          ? "The twin explains the record down to its noise."
+                          : "The loop differs from its twin, and no effect explains how.";
+    return result;
+  }
+
+ private:
+  static estimator::Interval moment_of(const estimator::Found& effect) {
+    const auto time = effect.intervals.find("time");
+    return time == effect.intervals.end() ? effect.moment : time->second;
+  }
+
+  gap::FoundEffect shown(const estimator::Found& effect, const estimator::Estimate& found,
+                         double closed) const {
+    gap::FoundEffect out;
+    out.spec = effect.spec;
+    out.block = effect.block;
+    out.confidence = effect.confidence;
+    out.alternatives = alternatives_to(effect.spec.name, found);
+    for (const auto& [name, range] : effect.intervals) out.interval[name] = range.within;
+    const double end_s = record_.seconds_at(record_.size());
+    const estimator::Interval moment = moment_of(effect);
+    const bool since = moment.value > 0.0;
+    out.evidence = numeric::text(
+        "Explanation: %s%s. It accounts for %.0f %% of the deviation on the last third of the "
+        "data, "
+        "which chose nothing.",
+        out.spec.name.c_str(),
+        since ? numeric::text(", since %.0f s before the last sample (%.0f to %.0f s)",
+                              end_s - moment.value, end_s - moment.within[1],
+                              end_s - moment.within[0])
+                    .c_str()
+              : "",
+        100.0 * (std::isfinite(closed) ? closed : found.closed));
+    return out;
+  }
+
+  gap::TriedCandidate tried(const estimator::Ranked& one, const estimator::Estimate& found) const {
+    gap::TriedCandidate out;
+    out.name = one.title;
+    out.rmse = one.left.training;
+    out.score = one.score;
+    out.chosen = one.title == found.chosen;
+    if (!out.chosen) {
+      out.why_not = numeric::text("%.0f nats behind", found.ranked.front().score - one.score);
+    }
+    return out;
+  }
+
+  const numeric::LoopRecord& record_;
+  const plant::LoopModel& twin_;
+  gap::CheckedRecord checked_;
+};
+
+// The controller's settings in the stretch, if they are not the twin's.
+void compare_controller(const numeric::LoopRecord& stretch, const plant::LoopModel& twin,
+                        gap::Result& result) {
+  const gap::CheckedRecord checked = gap::check(stretch, twin);
+  if (!checked.quality.usable || checked.closed_loop || checked.sp.empty()) return;
+  const gap::ControllerFinding found = gap::compare_controller(checked.record, checked.model);
+  const bool counts = found.exact || result.outcome != gap::Outcome::unexplained;
+  if (!found.mismatch || !counts) return;
+  result.controller_before_rmse = found.before_rmse;
+  result.controller_after_rmse = found.after_rmse;
+  gap::FoundEffect effect;
+  effect.spec = {"controller_mismatch", {{"kp", found.kp}, {"ki", found.ki}}};
+  effect.block = effects::Block::controller;
+  effect.confidence = kSureOfController;
+  effect.interval = {
+      {"kp", {found.kp - 1.96 * found.kp_spread, found.kp + 1.96 * found.kp_spread}},
+      {"ki", {found.ki - 1.96 * found.ki_spread, found.ki + 1.96 * found.ki_spread}}};
+  effect.evidence = numeric::text(
+      "The controller's output follows from kp %.4g and ki %.4g instead of %.4g and %.4g: the "
+      "error falls from %.3g to %.3g CO units.",
+      found.kp, found.ki, twin.controller.pid.gains.kp, twin.controller.pid.gains.ki,
+      found.before_rmse, found.after_rmse);
+  result.corrected.controller.pid.gains.kp = found.kp;
+  result.corrected.controller.pid.gains.ki = found.ki;
+  if (result.effects.empty()) result.sentence = effect.evidence;
   result.outcome = gap::Outcome::missing_effect;
-  result.sentence = since.effects.front().evidence;
-  result.corrected = std::move(since.corrected);
-  result.remainder.reset();
-  out.closed = since.closed;
-  out.at = first + since.at;
-  out.from = {first + since.from.begin, first + since.from.end};
+  result.effects.push_back(std::move(effect));
 }
 
 // The first effect, if it gives its name.
@@ -169,26 +366,34 @@ TellingStretch telling_stretch(const numeric::LoopRecord& record, const plant::L
 
 Explanation explain(const numeric::LoopRecord& record, const plant::LoopModel& twin,
                     std::size_t alarm, const ExplainSettings& settings,
-                    const gap::ParallelFor& parallel) {
+                    const numeric::ParallelFor& parallel) {
   Explanation out;
   const TellingStretch telling = telling_stretch(record, twin, alarm, settings);
   const numeric::LoopRecord judged = record.has_co() ? judged_part(record, twin) : record;
   out.stretch = telling.range;
   out.stretch.begin = first_pv(judged, out.stretch.begin, out.stretch.end);
   out.at = out.stretch.begin;
-  numeric::LoopRecord newest = judged.part(out.stretch.begin, out.stretch.end);
-  newest.stem.clear();
-  gap::Options options;
-  if (!settings.judge_controller) options.search.without = {"controller_mismatch"};
-  out.result = gap::find_gap(newest, twin, options, parallel, [](double) {});
-  out.closed = gap::gap_closed(out.result.before.holdout_rmse, out.result.after.holdout_rmse,
-                               out.result.floor.rmse());
-  const auto before = static_cast<std::size_t>(kBefore_s / record.period_s);
+  const auto samples = [&](double seconds) {
+    return static_cast<std::size_t>(seconds / record.period_s);
+  };
+  const std::size_t before =
+      samples(std::clamp(kAnswersBefore * plant::answer_s(twin), kLeastBefore_s, kBefore_s));
+  const bool enough = out.stretch.end >= out.stretch.begin + samples(kLeastAfter_s);
   const std::size_t from =
-      first_pv(judged, out.stretch.begin - std::min(out.stretch.begin, before), out.stretch.begin);
+      enough && record.has_co()
+          ? first_pv(judged, out.stretch.begin - std::min(out.stretch.begin, before),
+                     out.stretch.begin)
+          : out.stretch.begin;
+  numeric::LoopRecord part = judged.part(from, out.stretch.end);
+  part.stem.clear();
   const ChangeMoment moment{out.stretch.begin - from,
                             std::max(telling.likeliest, out.stretch.begin) - from};
-  take_over(out, since_change(judged.part(from, out.stretch.end), moment, twin, parallel), from);
+  out.result = Changes(part, twin).find(moment, parallel, out);
+  out.at = out.result.effects.empty() ? out.stretch.begin : from + out.at;
+  if (out.from.end > 0) out.from = {from + out.from.begin, from + out.from.end};
+  if (out.usable() && settings.judge_controller) {
+    compare_controller(judged.part(out.stretch.begin, out.stretch.end), twin, out.result);
+  }
   return out;
 }
 

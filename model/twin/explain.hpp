@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// Why an alarm came: the newest record against the twin, by the gap workflow.
+// Explains an alarm: the change of the twin that the newest record shows.
 //
 //   stretch     at most kLongest_s before the alarm; of it, what lies behind the moment from which on a change of the kind
 //               that leads in the watch, else one of the controller, is hardly less likely than from the likeliest moment; and
 //               what comes after the alarm, as far as the record goes, until there are `enough_s`
-//   name        a change of the twin from a moment between those on (since_change.hpp), where it closes kClosed of the gap or more than the
-//               gap workflow does over the stretch alone; else what that finds
+//   name        the estimator's competition of effects about the twin, its posterior as prior. Each
+//               effect acts from a moment between those on (estimator/since.hpp); the stretch is
+//               fitted together with some healthy minutes before it. Of the stretch two thirds are
+//               fitted, the last third proves
+//   controller  its settings, from SP and PV to CO in the stretch (gap/controller.hpp)
 //   agreement   an effect agrees with an alarm of its own name, and with others as its descriptor says; every effect
 //               agrees with model_gap
 //   final name  if no effect agrees and the first one gives its name (alarm/given_name.hpp):
@@ -22,7 +25,9 @@
 
 #include <optional>
 
-#include "model/gap/workflow.hpp"
+#include "model/gap/record.hpp"
+#include "model/gap/result.hpp"
+#include "model/numeric/parallel.hpp"
 #include "model/alarm/alarm_kind.hpp"
 
 namespace loopwarden::twin {
@@ -31,7 +36,6 @@ inline constexpr double kLongest_s = 1800.0;
 inline constexpr double kEnough_s = 600.0;     // for a first explanation
 inline constexpr double kMostSeen_s = 2400.0;  // for the last
 inline constexpr double kBefore_s = 900.0;     // of the twin as it was, before the stretch
-inline constexpr double kClosed = 0.8;
 
 struct ExplainSettings {
   double enough_s = kEnough_s;
@@ -59,7 +63,7 @@ struct Explanation {
 };
 Explanation explain(const numeric::LoopRecord& record, const plant::LoopModel& twin,
                     std::size_t alarm, const ExplainSettings& settings,
-                    const gap::ParallelFor& parallel);
+                    const numeric::ParallelFor& parallel);
 
 bool agrees(const Explanation& explanation, alarm::AlarmKind alarm);
 // Nothing: the alarm keeps its name.

@@ -17,6 +17,7 @@
 #include "base/text.hpp"
 #include "config/loop_model_writer.hpp"
 #include "config/specialists/specialist_folder.hpp"
+#include "model/effects/descriptor.hpp"
 #include "model/twin/twin_diff.hpp"
 #include "model/twin/detectability.hpp"
 #include "daemon/protocol/ask.hpp"
