@@ -175,7 +175,7 @@ class Workflow {
     std::erase_if(reading_, [&](const FoundEffect& e) {
       return contains(options_.search.without, e.spec.name);
     });
-    const bool compares = !record_.closed_loop && !taken.other_period &&
+    const bool compares = !record_.closed_loop && !taken.other_period && !options.archive &&
                           !taken.given.pv_as_stored &&
                           !contains(options_.search.without, kController);
     if (compares) controller_ = compare_controller(record_.record, record_.model);
@@ -209,6 +209,8 @@ class Workflow {
                            .largest_disturbance = options_.search.load ? options_.largest_load : 0,
                            .progress = progress};
     for (const FoundEffect& effect : reading_) how.without.push_back(effect.spec.name);
+    // A leak is a lower gain and a level.
+    if (!how.level_known) how.without.emplace_back("leakage");
     constexpr int kMostSearches = 3;
     for (int search = 0; search < kMostSearches; ++search) {
       found_ = estimator::estimate(observed, model, how, parallel_);

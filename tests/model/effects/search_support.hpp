@@ -31,7 +31,8 @@ inline Named named_among(const std::vector<std::string>& names, const plant::Loo
   const estimator::Estimate found = estimator::estimate(
       {record.period_s, record.co, record.pv, std::vector<bool>(record.size(), true)},
       believed_model(), options, serial);
-  Named out{.corrected = found.corrected};
+  Named out;
+  out.corrected = found.corrected;
   bool first = true;
   for (const estimator::Ranked& ranked : found.ranked) {
     if (ranked.effects.empty()) continue;
