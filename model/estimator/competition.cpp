@@ -40,11 +40,14 @@ Effort effort_of(const Hypothesis& hypothesis) {
   }
   const bool hard = hypothesis.jumps() || own > 2 || (moment && own > 1);
   const std::size_t members = hypothesis.sticking() != Hypothesis::npos ? kLimits.jumping_members
+                              : own > 3                                 ? 3 * kLimits.members
                               : hard                                    ? 3 * kLimits.members / 2
                                                                         : kLimits.members;
   // Two more coordinates, in which the likelihood has several maxima.
   if (hypothesis.wide()) return {.members = 2 * members, .moves = 2, .first = 10};
-  return {.members = members, .moves = 1, .first = moment ? std::size_t{6} : std::size_t{4}};
+  return {.members = members,
+          .moves = own > 3 ? 2 : 1,
+          .first = moment || own > 3 ? std::size_t{6} : std::size_t{4}};
 }
 
 class Competitors {
@@ -189,7 +192,28 @@ class Competitors {
       out.deviation[to] = of.deviation[from];
     }
     out.deviation[child.layout().error] = out.deviation[child.layout().error + 1] = 0.3;
+    start_together(parent, child, out);
     return out;
+  }
+
+  // A further change is looked for at the moment of the first one.
+  static void start_together(const Fit& parent, const Hypothesis& child, Start& start) {
+    const auto moment_of = [](const Hypothesis& h, std::size_t term) -> std::optional<std::size_t> {
+      const Law& law = *h.terms()[term];
+      if (law.timing != Law::Timing::since) return std::nullopt;
+      return h.first_of(term) + law.coordinates() - 1;
+    };
+    for (std::size_t j = 0; j < parent.hypothesis.terms().size(); ++j) {
+      const auto from = moment_of(parent.hypothesis, j);
+      if (!from) continue;
+      for (std::size_t i = 0; i < child.terms().size(); ++i) {
+        const auto to = moment_of(child, i);
+        if (!to || child.terms()[i] == parent.hypothesis.terms()[j]) continue;
+        start.mean[*to] = parent.population.top().z[*from];
+        start.deviation[*to] = 0.05;
+      }
+      return;
+    }
   }
 
   // Error of a fit over blocks, PV units: what a further disturbance would have to explain.

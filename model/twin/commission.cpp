@@ -9,6 +9,7 @@
 
 #include "model/analysis/identification.hpp"
 #include "model/twin/error_left.hpp"
+#include "model/twin/found_controller.hpp"
 #include "model/twin/process_fit.hpp"
 #include "model/twin/usable.hpp"
 #include "model/effects/catalogue.hpp"
@@ -235,9 +236,9 @@ class Commissioner {
   }
 
   // The competition of effects about the present model.
-  estimator::Estimate compete(LoopModel model) const {
+  estimator::Estimate compete(LoopModel model, const plant::ProcessUncertainty& about) const {
     model.sample_time_s = record_.period_s;
-    model.uncertainty = kAbout;
+    model.uncertainty = about;
     model.disturbances.push_back(any_level(model));
     return estimator::estimate(fitted_.observed, model, {.without = kOfTheProcess}, parallel_);
   }
@@ -253,22 +254,28 @@ class Commissioner {
     }
     fitted_ = fitted_part(checked_, out_.given);
     model_.sample_time_s = record_.period_s;
+    if (const auto controller = other_controller(checked_)) {
+      adopt(*controller, model_);
+      out_.effects.push_back(controller->effect);
+    }
     add_stage("as given", follow_process(fitted_, out_.given));
     if (model_.uncertainty == kRoughBelief) model_ = find_process(fitted_, model_);
     fit_ = fit_process(fitted_, model_);
-    if (record_.has_co()) fit_ = bend_characteristic(fitted_, fit_);
     add_stage("process", fit_);
     estimator::Estimate last;
     bool challenged = false;
     const double share = 1.0 / static_cast<double>(kMostRounds + request_.records.size());
     for (int round = 0; round < kMostRounds; ++round) {
-      last = compete(fit_.model);
+      last = compete(fit_.model, round == 0 ? kIdentified : kAbout);
       progress_(share * static_cast<double>(round + 1));
       // A characteristic that is not quite right makes faults of other forms: before a valve is
       // called faulty, the healthy effects are fitted without the fault.
       if (is_faulty(last)) {
         const bool alone = take_in(last).empty();
-        if (challenged || (alone && round > 0)) {
+        if (challenged || alone) {
+          for (const estimator::Found& effect : last.effects) {
+            if (!is_healthy(effect)) show(effect);
+          }
           finish(last);
           out_.outcome = Outcome::not_healthy;
           return;
@@ -301,21 +308,35 @@ class Commissioner {
     return false;
   }
 
+  bool is_healthy(const estimator::Found& effect) const {
+    return why_not_healthy(effect.spec, effect.block, out_.given, request_.healthy_limit_percent)
+        .empty();
+  }
+
+  void show(const estimator::Found& effect) {
+    FoundEffect& shown = out_.effects.emplace_back();
+    shown.spec = without_momentum(effect.spec);
+    shown.block = effect.block;
+    shown.confidence = effect.confidence;
+    for (const auto& [name, range] : effect.intervals) shown.interval[name] = range.within;
+  }
+
   // Adds the effects that a healthy valve may have, and fits the process about them. Returns their
   // names.
   std::string take_in(const estimator::Estimate& found) {
     LoopModel next = fit_.model;
     std::string names;
     for (const estimator::Found& effect : found.effects) {
-      if (!why_not_healthy(effect.spec, effect.block, out_.given, request_.healthy_limit_percent)
-               .empty()) {
-        continue;
-      }
+      if (!is_healthy(effect)) continue;
       add_effect(effect, next);
       names += (names.empty() ? "" : " and ") + words(effect.spec.name);
     }
     fit_ = fit_process(fitted_, next);
-    if (record_.has_co()) fit_ = bend_characteristic(fitted_, fit_);
+    // A curve explains part of many effects, so it is bent only if a characteristic is named.
+    const bool curved = std::any_of(
+        next.valve_effects.begin(), next.valve_effects.end(),
+        [](const auto& spec) { return spec.name == "valve_characteristic"; });
+    if (curved && record_.has_co()) fit_ = bend_characteristic(fitted_, fit_);
     return names;
   }
 
@@ -344,11 +365,7 @@ class Commissioner {
       day_.push_back(spec);
       return;
     }
-    FoundEffect& shown = out_.effects.emplace_back();
-    shown.spec = spec;
-    shown.block = effect.block;
-    shown.confidence = effect.confidence;
-    for (const auto& [name, range] : effect.intervals) shown.interval[name] = range.within;
+    show(effect);
   }
 
   double most_friction() const {
@@ -358,6 +375,7 @@ class Commissioner {
 
   // Characteristic and friction, which are too small to be called missing.
   void polish() {
+    if (record_.has_co()) fit_ = bend_characteristic(fitted_, fit_);
     double percent = 0.0;
     fit_ = add_friction(fitted_, fit_, most_friction(), percent);
     if (!(percent > 0.0)) return;

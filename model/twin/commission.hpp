@@ -1,22 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
-// From records of a loop that works, and a rough model or none, to its twin: the loop model that
-// the records can't tell from the plant.
+// Makes the twin of a loop from healthy records and a rough model or none: the loop model that the
+// records can't distinguish from the plant. docs/math/estimator.md, "Twin".
 //
-//   usable     compression, manual, clamped output, movement, length                            usable.hpp
-//   process    identified from the record (analysis/identification.hpp), or the given one; what fits better starts
-//   gap        with the process free within wide bounds, again and again until nothing is missing  gap/workflow.hpp
-//   healthy    friction, play and the width of a hysteresis up to the limit are the twin's; a valve fault is none
-//   twin       process, effects, controller, noise and load as found; the day's own disturbances left out
-//   sure       covariance of the process                                                        twin_fit.hpp
+//   usable          compression, manual, clamped output, movement, length (usable.hpp)
+//   process         the given model or an identified one; a rough one is searched first, then gain,
+//                   lag, dead time and level are fitted (process_fit.hpp)
+//   effects         the estimator's competition about this process, in rounds, until no effect is
+//                   missing. Friction, backlash and hysteresis up to the limit belong to the twin;
+//                   a valve fault refuses the record; disturbances of the day are left out
+//   characteristic  and friction of a healthy valve, if they explain clearly more
+//   twin            the fit of the whole record: means and covariance of the process, noise,
+//                   disturbance, and what the watches reach in the record
 //
 // The first record makes the twin; each further one must agree with it.
-//
-//   gap closed = (before^2 - after^2)/(before^2 - floor^2), of the last third's rmse, PV units; before: the model as
-//   given or, where none was given, as identified
+//   gap closed = (before^2 - after^2)/(before^2 - floor^2), rmse of the last third, PV units;
+//   before: the model as given or as identified
 //
 // Errors: effects::EffectError for a given model that can't be stepped.
-// What it can't do: loops whose controller moves CO by another law than PI(D), gains scheduled over
-// the range, a healthy valve with more friction than the limit.
+// Limits: controllers with another law than PI(D), gains scheduled over the range, a healthy valve
+// with more friction than the limit.
 #pragma once
 
 #include <cstdint>

@@ -9,10 +9,10 @@
 
 #include "model/twin/commission.hpp"
 #include "model/twin/error_left.hpp"
+#include "model/twin/found_controller.hpp"
 #include "model/effects/catalogue.hpp"
 #include "model/estimator/estimate.hpp"
 #include "model/gap/check.hpp"
-#include "model/gap/controller.hpp"
 #include "model/numeric/text.hpp"
 #include "model/plant/loop_model.hpp"
 #include "model/watch/controller_watch.hpp"
@@ -28,7 +28,6 @@ constexpr double kHardlyLess = 8.0;
 constexpr double kUnseen_s = 180.0;  // a change shows when the stem, or SP, moves
 constexpr double kDeviations = 2.0;  // of the twin's posterior
 constexpr double kLeastProbability = 0.05;
-constexpr double kSureOfController = 0.97;
 constexpr std::size_t kMostCandidates = 12;
 constexpr double kLeastBefore_s = 240.0;  // healthy samples that are fitted
 constexpr double kAnswersBefore = 30.0;
@@ -260,33 +259,18 @@ class Changes {
   gap::CheckedRecord checked_;
 };
 
-// The controller's settings in the stretch, if they are not the twin's.
-void compare_controller(const numeric::LoopRecord& stretch, const plant::LoopModel& twin,
-                        gap::Result& result) {
-  const gap::CheckedRecord checked = gap::check(stretch, twin);
-  if (!checked.quality.usable || checked.closed_loop || checked.sp.empty()) return;
-  const gap::ControllerFinding found = gap::compare_controller(checked.record, checked.model);
-  const bool counts = found.exact || result.outcome != gap::Outcome::unexplained;
-  if (!found.mismatch || !counts) return;
-  result.controller_before_rmse = found.before_rmse;
-  result.controller_after_rmse = found.after_rmse;
-  gap::FoundEffect effect;
-  effect.spec = {"controller_mismatch", {{"kp", found.kp}, {"ki", found.ki}}};
-  effect.block = effects::Block::controller;
-  effect.confidence = kSureOfController;
-  effect.interval = {
-      {"kp", {found.kp - 1.96 * found.kp_spread, found.kp + 1.96 * found.kp_spread}},
-      {"ki", {found.ki - 1.96 * found.ki_spread, found.ki + 1.96 * found.ki_spread}}};
-  effect.evidence = numeric::text(
-      "The controller's output follows from kp %.4g and ki %.4g instead of %.4g and %.4g: the "
-      "error falls from %.3g to %.3g CO units.",
-      found.kp, found.ki, twin.controller.pid.gains.kp, twin.controller.pid.gains.ki,
-      found.before_rmse, found.after_rmse);
-  result.corrected.controller.pid.gains.kp = found.kp;
-  result.corrected.controller.pid.gains.ki = found.ki;
-  if (result.effects.empty()) result.sentence = effect.evidence;
+// Adds the controller's settings in the stretch, if they are not the twin's. Without an explanation
+// of the plant they count only if they give CO exactly.
+void add_controller(const numeric::LoopRecord& stretch, const plant::LoopModel& twin,
+                    gap::Result& result) {
+  const std::optional<FoundController> found = other_controller(gap::check(stretch, twin));
+  if (!found || !(found->exact || result.outcome != gap::Outcome::unexplained)) return;
+  result.controller_before_rmse = found->before_rmse;
+  result.controller_after_rmse = found->after_rmse;
+  adopt(*found, result.corrected);
+  if (result.effects.empty()) result.sentence = found->effect.evidence;
   result.outcome = gap::Outcome::missing_effect;
-  result.effects.push_back(std::move(effect));
+  result.effects.push_back(found->effect);
 }
 
 // The first effect, if it gives its name.
@@ -392,7 +376,7 @@ Explanation explain(const numeric::LoopRecord& record, const plant::LoopModel& t
   out.at = out.result.effects.empty() ? out.stretch.begin : from + out.at;
   if (out.from.end > 0) out.from = {from + out.from.begin, from + out.from.end};
   if (out.usable() && settings.judge_controller) {
-    compare_controller(judged.part(out.stretch.begin, out.stretch.end), twin, out.result);
+    add_controller(judged.part(out.stretch.begin, out.stretch.end), twin, out.result);
   }
   return out;
 }

@@ -39,7 +39,7 @@ constexpr double kSettled = 1e-3;       // of ln parameter
 constexpr double kFreeLevel = 0.05;     // of the PV span
 constexpr double kForgets_s = 300.0;    // a disturbance
 constexpr double kSlip = 0.15;          // j over s of a healthy valve
-constexpr double kSureFriction = 2.0;   // Student's t over the parts
+constexpr double kSureFriction = 1.0;   // Student's t over the parts
 constexpr double kLeastFriction = 0.1;  // of the most
 constexpr double kRatio = 1.6;          // from one tried size of friction to the next
 constexpr double kBentDeviation = 0.04;  // of the CO span: of a point of the characteristic
@@ -55,9 +55,10 @@ bool is_friction(const EffectSpec& spec) {
 // The model beside a record, ready to be fitted.
 class Linearised {
  public:
-  Linearised(const FittedRecord& record, LoopModel model, ProcessUncertainty uncertainty)
+  Linearised(const FittedRecord& record, LoopModel model, ProcessUncertainty uncertainty,
+             bool level_is_free = true)
       : record_(record),
-        facts_(prepared(std::move(model), uncertainty)),
+        facts_(prepared(std::move(model), uncertainty, level_is_free)),
         run_(facts_, record.observed.co),
         likelihood_(facts_, run_, record.observed, record.fitted, record.noise_rms, slips_),
         none_(facts_, {}) {}
@@ -88,10 +89,10 @@ class Linearised {
   }
 
  private:
-  static LoopModel prepared(LoopModel model, ProcessUncertainty uncertainty) {
+  static LoopModel prepared(LoopModel model, ProcessUncertainty uncertainty, bool level_is_free) {
     model.has_valve = false;  // its dynamics are those of the effects of the model
     model.uncertainty = uncertainty;
-    model.disturbances.push_back(any_level(model));
+    if (level_is_free) model.disturbances.push_back(any_level(model));
     return model;
   }
 
@@ -156,8 +157,10 @@ plant::TwinFit posterior_of(const LoopModel& model, const Solution& solution) {
       const auto factor = [&](Eigen::Index c) {
         return std::sqrt(std::max(1.0, of_parts(c, c) / solution.covariance(c, c)));
       };
-      out.covariance.back().push_back(solution.covariance(a.column, b.column) * factor(a.column) *
-                                      factor(b.column) * a.scale * b.scale);
+      const double both = 0.5 * (solution.covariance(a.column, b.column) +
+                                 solution.covariance(b.column, a.column));
+      out.covariance.back().push_back(both * (factor(a.column) * factor(b.column)) *
+                                      (a.scale * b.scale));
     }
   }
   for (std::size_t i = 0; i < parameters.size(); ++i) {
@@ -229,7 +232,7 @@ ProcessFit fit_process(const FittedRecord& record, const LoopModel& model, int m
 }
 
 ProcessFit follow_process(const FittedRecord& record, const LoopModel& model) {
-  const Linearised linear(record, model, {0.0, 0.0, 0.0});
+  const Linearised linear(record, model, {0.0, 0.0, 0.0}, false);
   std::vector<double> z = linear.first_error();
   const Solution solution = linear.solve(z);
   return fit_of(record, linear, model, z, solution);

@@ -7,7 +7,6 @@
 #include <string>
 
 #include "model/twin/explain.hpp"
-#include "model/twin/polish.hpp"
 #include "model/twin/detectability.hpp"
 #include "model/watch/loop_monitor.hpp"
 #include "model/watch/controller_watch.hpp"
@@ -271,72 +270,6 @@ TEST_CASE("windows of a twin have its noise and the set-point moves of its scena
         std::adjacent_find(window.sp.begin(), window.sp.end(), std::not_equal_to<>());
     REQUIRE(moved != window.sp.end());
     for (const double sp : window.sp) CHECK((sp == 4.0 || sp == 4.5 || sp == 4.2));
-  }
-}
-
-// The last step of the fit, from a model that is nearly right.
-TEST_CASE("the friction of a healthy valve is found together with all other numbers",
-          "[commission]") {
-  plant::LoopModel truth = test::believed_model();
-  const auto polished = [&](const plant::LoopModel& start) {
-    return twin::polish(start, test::record_of(truth, 400.0), 0.1);
-  };
-  plant::LoopModel near = truth;
-  near.process.gain *= 1.04;
-  near.process.dead_time_s *= 0.85;
-  near.process.time_constant_s *= 1.1;
-  SECTION("no friction is found in a valve without friction, and the numbers are the plant's") {
-    const twin::Polished made = polished(near);
-    CHECK(made.changed);
-    CHECK(made.friction_percent < 0.15);
-    CHECK(made.model.process.gain == Approx(truth.process.gain).epsilon(0.005));
-    CHECK(made.model.process.dead_time_s == Approx(truth.process.dead_time_s).margin(0.03));
-    CHECK(made.rms_error == Approx(0.015).epsilon(0.1));
-    CHECK(made.load_intensity < 0.002);
-  }
-  SECTION("a play of 0.6 % of span, whatever a load does in the record") {
-    truth.valve_effects = {{"backlash", {{"deadband", 0.06}}}};
-    truth.disturbances = {{"random_load", {{"intensity", 0.005}, {"time_constant", 300.0}}}};
-    const twin::Polished made = polished(near);
-    CHECK(made.friction_percent == Approx(0.6).margin(0.2));
-    REQUIRE(made.model.valve_effects.size() == 1);
-    CHECK(made.load_intensity == Approx(0.005).margin(0.004));
-    CHECK(made.model.process.gain == Approx(truth.process.gain).epsilon(0.02));
-  }
-  SECTION("no friction is added if it is not allowed") {
-    truth.valve_effects = {{"backlash", {{"deadband", 0.06}}}};
-    CHECK(twin::polish(near, test::record_of(truth, 400.0), 0.0).model.valve_effects.empty());
-  }
-}
-
-TEST_CASE("a table's points move to the range of the loop, and the curve is fitted to the record",
-          "[commission]") {
-  plant::LoopModel truth = test::believed_model();
-  const auto installed = [](double u) {
-    const double h = 0.1 * u;
-    return 10.0 * h / std::sqrt(0.15 + 0.85 * h * h);
-  };
-  const auto table = [&](double bend, int points) {
-    effects::EffectSpec spec{"valve_characteristic", {}, {{"curve", "table"}}};
-    for (int i = 0; i <= points; ++i) {
-      const double u = 10.0 * i / points;
-      spec.table.emplace_back(u, installed(u) + bend * u * (10.0 - u));
-    }
-    return spec;
-  };
-  truth.valve_effects = {table(0.0, 15)};
-  const numeric::LoopRecord record = test::record_of(truth, 400.0);
-  plant::LoopModel start = truth;
-  start.valve_effects = {table(0.02, 6)};
-  const twin::Polished made = twin::polish(start, record, 0.0);
-  CHECK(made.changed);
-  CHECK(made.rms_error < 0.018);
-  const auto& points = made.model.valve_effects.at(0).table;
-  CHECK(points.front() == std::pair(0.0, 0.0));
-  CHECK(points.back().first == 10.0);
-  for (std::size_t i = 1; i < points.size(); ++i) {
-    CHECK(points[i].first > points[i - 1].first);
-    CHECK(points[i].second > points[i - 1].second);
   }
 }
 
