@@ -190,8 +190,7 @@ class Piece {
       for (const double side : {-1.0, 1.0}) {
         pass_valve(u_, band, side, stem);
         for (std::size_t i = 0; i < kLanes; ++i) {
-          reverses_[i] = first + i < Grid::kFirst ||
-                         reversals_of(stem, i) >= Grid::kLeastReversals;
+          reverses_[i] = first + i < Grid::kFirst || reversals_of(stem, i) >= Grid::kLeastReversals;
         }
         for (const double pole : Grid::kPoles) sum_over_errors(stem, pole, first, side);
       }
@@ -230,8 +229,8 @@ class Piece {
               total - static_cast<double>(mean[i]) * static_cast<double>(mean[i]) / samples();
           if (about_mean < 1e-4 * total || about_mean < kLeastMoved * without) continue;
           const double gain = static_cast<double>(along[i]) / about_mean;
-          const double left = std::max(powers_[e] - gain * static_cast<double>(along[i]),
-                                       1e-9 * powers_[e]);
+          const double left =
+              std::max(powers_[e] - gain * static_cast<double>(along[i]), 1e-9 * powers_[e]);
           count({.log_likelihood = log_likelihood(left, e),
                  .band = Grid::kBands[first + i],
                  .side = side,
@@ -265,13 +264,13 @@ class Piece {
   double period_;
   std::vector<ErrorModel> models_;
   bool moves_ = false;
-  double movement_ = 0.0;  // of CO, CO units
-  double scale_ = 1.0;     // of PV, PV units
-  std::vector<float> u_;   // CO, 0 to 1
-  std::vector<float> y_;   // PV, from its first sample, deviation 1
+  double movement_ = 0.0;                     // of CO, CO units
+  double scale_ = 1.0;                        // of PV, PV units
+  std::vector<float> u_;                      // CO, 0 to 1
+  std::vector<float> y_;                      // PV, from its first sample, deviation 1
   std::vector<std::vector<float>> white_pv_;  // by error model
-  Doubles powers_;                             // of these
-  Doubles powers_without_;                     // of the whitened response without a band
+  Doubles powers_;                            // of these
+  Doubles powers_without_;                    // of the whitened response without a band
   std::array<bool, kLanes> reverses_{};
   std::vector<Lanes> response_, white_;
   std::array<double, kBandCount> sums_ = [] {
@@ -329,8 +328,7 @@ BandEvidence Piece::evidence() const {
       small_count += 1.0;
     }
   }
-  found.log_odds =
-      large - std::log(large_count) - log_add(0.0, small - std::log(small_count));
+  found.log_odds = large - std::log(large_count) - log_add(0.0, small - std::log(small_count));
   const auto best = static_cast<std::size_t>(
       std::max_element(sums_.begin() + Grid::kFirst, sums_.end()) - sums_.begin());
   const GridPoint& point = best_[best];

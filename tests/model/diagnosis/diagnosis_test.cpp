@@ -81,7 +81,6 @@ TEST_CASE("the reversals of CO in all windows of a loop overrule those of one wi
   const Reversals wanders{.count = 60, .travel_scatter = 0.8, .cycle_scatter = 0.9};
   REQUIRE(swings.by() == ReversalsBy::time);
   CHECK(shared(swings, wanders) == DiagnosisVerdict::valve_effect);
-  CHECK(shared(swings, swings) == DiagnosisVerdict::cant_tell);
 }
 
 TEST_CASE("a load that oscillates is no valve effect") {
@@ -134,7 +133,7 @@ TEST_CASE("the same record gives the same answer") {
 }
 
 TEST_CASE("a healthy flow valve whose set point moves is healthy, a sticking one is found") {
-  effects::StictionChoudhury valve({.s = 5.0, .j = 3.0});
+  effects::StictionChoudhury valve({.s = 8.0, .j = 4.0});
   for (const bool sticky : {false, true}) {
     // An operator moves the set point, and PV follows within a second.
     numeric::Random random(3);

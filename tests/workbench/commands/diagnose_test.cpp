@@ -58,13 +58,13 @@ TEST_CASE("a smooth cycle in the open records is no valve effect") {
   }
 }
 
-TEST_CASE("a level loop with a moving set point gives cant_tell and a test that would decide") {
-  const nlohmann::json open = verdict_of("r25.csv");
+TEST_CASE("an undecided record gives cant_tell and a test that would decide") {
+  const nlohmann::json open = verdict_of("r21.csv");
   CHECK(open.at("verdict") == "cant_tell");
   CHECK(open.at("effects").empty());
   CHECK(open.at("cause").is_null());
   CHECK(open.at("grade").is_null());
-  CHECK(open.at("reason").get<std::string>().find("integrates") != std::string::npos);
+  CHECK(open.at("reason").get<std::string>().find("about as well") != std::string::npos);
   CHECK(open.at("settle").get<std::string>().find("step CO by 2 %") != std::string::npos);
 }
 
