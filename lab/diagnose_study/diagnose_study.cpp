@@ -281,8 +281,7 @@ int train_table(const StudyOptions& options) {
         const DiagnosisCase c = diagnosis_case(options.seed, i, ingredients);
         const diagnosis::Diagnosis d = diagnosis::diagnose(view_of(c));
         if (!d.judged()) return;
-        drawn[i] = {.features = diagnosis::find_features(d.prepared, d.evidence),
-                    .cause = c.cause};
+        drawn[i] = {.features = diagnosis::find_features(d.prepared, d.evidence), .cause = c.cause};
         usable[i] = 1;
       },
       [&](std::size_t done) { progress.update(done); });
@@ -349,9 +348,10 @@ void print_weights(const std::vector<Judged>& simulated) {
                     .weight = 1.0 / count[sticky ? 1 : 0]});
   }
   const ValveWeights w = fit_logistic(rows, kRidge);
-  fmt::print("kPrior {:.2f}, kPerNat {:.3f}, kPerStanding {:.2f}, kForTravel {:.2f}, "
-             "kAgainstTime {:.2f}\n",
-             w.base, w.per[0], w.per[1], w.per[2], -w.per[3]);
+  fmt::print(
+      "kPrior {:.2f}, kPerNat {:.3f}, kPerStanding {:.2f}, kForTravel {:.2f}, "
+      "kAgainstTime {:.2f}\n",
+      w.base, w.per[0], w.per[1], w.per[2], -w.per[3]);
 }
 
 constexpr std::array kNames{"log odds", "share", "standing", "explained"};
@@ -373,9 +373,7 @@ struct LoopFigures {
   double log_loss() const {
     return -std::log(sticky ? verdict.probability : 1.0 - verdict.probability);
   }
-  bool right() const {
-    return found() == sticky;
-  }
+  bool right() const { return found() == sticky; }
 };
 
 std::vector<LoopFigures> by_loop(const std::vector<LabelledWindow>& windows) {

@@ -19,23 +19,20 @@ double from_logit(double z) { return 1.0 / (1.0 + std::exp(-z)); }
 ValveDecision decide(const ValveEvidence& e) {
   const ReversalsBy turns = e.reversals.by();
   const bool external = turns == ReversalsBy::time || turns == ReversalsBy::clockwork;
-  const double z =
-      Limits::kPrior +
-      Limits::kPerNat * std::clamp(e.log_odds, Limits::kLeastNats, Limits::kMostNats) +
-      Limits::kPerStanding * std::min(e.standing, Limits::kMostStanding) +
-      (turns == ReversalsBy::travel ? Limits::kForTravel : 0.0) -
-      (external ? Limits::kAgainstTime : 0.0);
+  const double z = Limits::kPrior +
+                   Limits::kPerNat * std::clamp(e.log_odds, Limits::kLeastNats, Limits::kMostNats) +
+                   Limits::kPerStanding * std::min(e.standing, Limits::kMostStanding) +
+                   (turns == ReversalsBy::travel ? Limits::kForTravel : 0.0) -
+                   (external ? Limits::kAgainstTime : 0.0);
   ValveDecision d;
-  d.probability =
-      std::clamp(from_logit(z), Limits::kLeastProbability, Limits::kMostProbability);
-  const bool band =
-      e.log_odds >= Limits::kNamedFrom && d.probability >= Limits::kDecidedFrom;
+  d.probability = std::clamp(from_logit(z), Limits::kLeastProbability, Limits::kMostProbability);
+  const bool band = e.log_odds >= Limits::kNamedFrom && d.probability >= Limits::kDecidedFrom;
   if (band && !external) {
     const bool seen = e.log_odds >= Limits::kSeenFrom && e.standing > Limits::kStandsFrom;
     d.grade = seen ? Grade::seen : Grade::likely;
     return d;
   }
-  if (band) {
+  if (band && e.standing > Limits::kNeverStands) {
     d.undecided = true;
     d.reason = turns == ReversalsBy::time
                    ? "the cycle has a constant period and not a constant travel of CO, like an "

@@ -44,8 +44,8 @@ struct Diagnosis {
   double stiction_share = 1.0;      // of `probability`
   bool oscillating = false;
   double period_s = 0.0;  // 0 if not oscillating
-  double s = 0.0;      // CO units, of a valve effect: band of the stiction or the backlash
-  double s_low = 0.0;  // CO units, s is within them in nine of ten cases
+  double s = 0.0;         // CO units, of a valve effect: band of the stiction or the backlash
+  double s_low = 0.0;     // CO units, s is within them in nine of ten cases
   double s_high = 0.0;
   Prepared prepared;
 

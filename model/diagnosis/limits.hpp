@@ -81,13 +81,14 @@ struct DiagnosisLimits {
   static constexpr double kMostNats = 15.0;
   static constexpr double kPerStanding = 2.9;
   static constexpr double kMostStanding = 0.8;
-  static constexpr double kForTravel = 1.0;     // CO turns by travel
-  static constexpr double kAgainstTime = 0.4;   // CO turns by time or with an external oscillation
-  static constexpr double kNamedFrom = 4.0;     // nats
-  static constexpr double kSeenFrom = 15.0;     // nats
-  static constexpr double kStandsFrom = 0.4;    // standing, for the grade seen
-  static constexpr double kDecidedFrom = 0.65;  // p
-  static constexpr double kDecidedBelow = 0.4;  // p
+  static constexpr double kForTravel = 1.0;      // CO turns by travel
+  static constexpr double kAgainstTime = 0.4;    // CO turns by time or with an external oscillation
+  static constexpr double kNamedFrom = 4.0;      // nats
+  static constexpr double kSeenFrom = 15.0;      // nats
+  static constexpr double kStandsFrom = 0.4;     // standing, for the grade seen
+  static constexpr double kNeverStands = 0.1;    // standing
+  static constexpr double kDecidedFrom = 0.65;   // p
+  static constexpr double kDecidedBelow = 0.45;  // p
   static constexpr double kLeastProbability = 0.1;
   static constexpr double kMostProbability = 0.95;
 
@@ -95,7 +96,7 @@ struct DiagnosisLimits {
   // within the factor (`loopwarden-study diagnose --cases 1500 --seed 3`).
   static constexpr double kAlternative = 0.1;  // share of the other effect that is named too
   static constexpr double kSizeScale = 1.15;
-  static constexpr double kSizeFactor = 1.8;
+  static constexpr double kSizeFactor = 1.6;
 
   // Archives.
   static constexpr double kHideAllPercent = 3.0;    // of the CO span

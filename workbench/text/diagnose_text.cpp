@@ -24,7 +24,8 @@ std::string because(const Diagnosis& d) {
   switch (d.verdict) {
     case DiagnosisVerdict::valve_effect:
       return fmt::format(
-          "a band of {:.0f} % of CO's movement explains PV better than a smaller one or none ({:.0f} "
+          "a band of {:.0f} % of CO's movement explains PV better than a smaller one or none "
+          "({:.0f} "
           "nats), and PV rests during {:.0f} % of CO's moves{}",
           100.0 * d.evidence.share, d.evidence.log_odds, 100.0 * d.evidence.standing,
           d.evidence.reversals.by() == diagnosis::ReversalsBy::travel

@@ -75,7 +75,7 @@ Evidence routine_example() {
       .verdict = diagnosis::DiagnosisVerdict::valve_effect,
       .grade = diagnosis::Grade::seen,
       .probability = 0.9,
-      .evidence = {.phase = 1.0 / 3.0, .play = -0.1, .hammerstein = 0.2, .parts_for = 0.875},
+      .evidence = {.log_odds = 1.0 / 3.0, .share = 0.4, .explained = 0.2, .standing = 0.875},
       .sum_before = 2.1,
       .from_specialists = -0.7,
       .sum = 3.3,
@@ -145,10 +145,10 @@ TEST_CASE("routine evidence is read back bit for bit, and has no specialists", "
   CHECK(back.routine->fault == AlarmKind::backlash);
   CHECK(back.routine->probability == e.routine->probability);
   CHECK(back.routine->severity_percent == e.routine->severity_percent);
-  CHECK(back.routine->evidence.phase == e.routine->evidence.phase);
-  CHECK(back.routine->evidence.play == e.routine->evidence.play);
-  CHECK(back.routine->evidence.hammerstein == e.routine->evidence.hammerstein);
-  CHECK(back.routine->evidence.parts_for == e.routine->evidence.parts_for);
+  CHECK(back.routine->evidence.log_odds == e.routine->evidence.log_odds);
+  CHECK(back.routine->evidence.share == e.routine->evidence.share);
+  CHECK(back.routine->evidence.explained == e.routine->evidence.explained);
+  CHECK(back.routine->evidence.standing == e.routine->evidence.standing);
   CHECK(back.routine->sum_before == e.routine->sum_before);
   CHECK(back.routine->from_specialists == e.routine->from_specialists);
   CHECK(back.routine->sum == e.routine->sum);

@@ -58,13 +58,13 @@ TEST_CASE("a smooth cycle in the open records is no valve effect") {
   }
 }
 
-TEST_CASE("a level loop with a moving set point gives cant_tell and a test that would decide") {
-  const nlohmann::json open = verdict_of("r25.csv");
+TEST_CASE("an undecided record gives cant_tell and a test that would decide") {
+  const nlohmann::json open = verdict_of("r21.csv");
   CHECK(open.at("verdict") == "cant_tell");
   CHECK(open.at("effects").empty());
   CHECK(open.at("cause").is_null());
   CHECK(open.at("grade").is_null());
-  CHECK(open.at("reason").get<std::string>().find("integrates") != std::string::npos);
+  CHECK(open.at("reason").get<std::string>().find("about as well") != std::string::npos);
   CHECK(open.at("settle").get<std::string>().find("step CO by 2 %") != std::string::npos);
 }
 
@@ -80,7 +80,7 @@ TEST_CASE("several files of one loop get one verdict, with the windows and the t
   REQUIRE(loop.at("windows").size() == 3);
   CHECK(loop.at("windows").at(1).at("file").get<std::string>().ends_with("r22.csv"));
   CHECK(loop.at("windows").at(1).at("to_s") == 7500.0);
-  CHECK(loop.at("windows").at(1).at("votes").at("hammerstein").at("valve_effect") == true);
+  CHECK(loop.at("windows").at(1).at("band").at("log_odds") > 15.0);
   CHECK(loop.at("windows").at(1).at("verdict") == "valve_effect");
 }
 
@@ -91,7 +91,7 @@ TEST_CASE("the page shows the trend, the stuck stretches and PV over CO") {
   const std::string text = read_file(page);
   CHECK(text.find("CO moves, the valve does not") != std::string::npos);
   CHECK(text.find("PV over CO") != std::string::npos);
-  CHECK(text.find("votes: phase") != std::string::npos);
+  CHECK(text.find("band of 30 %") != std::string::npos);
   CHECK(loopwarden("diagnose " + kRoutine + "r22.csv --report /nonexistent/x.html").exit_code ==
         74);
 }

@@ -192,7 +192,7 @@ TEST_CASE("replayed routine evidence has the same verdict; a different one is re
   CHECK(e.routine->sum_before > 0.0);
   CHECK(e.routine->sum > e.routine->sum_before);
   const bool changed = GENERATE(false, true);
-  if (changed) e.routine->evidence.hammerstein *= 1.01;
+  if (changed) e.routine->evidence.log_odds += 0.5;
   evidence::write_evidence(e, nullptr, folder / "one");
   const ShellOutcome text = replay((folder / "one").string());
   INFO(text.text);
