@@ -8,6 +8,7 @@
 #include <cerrno>
 #include <filesystem>
 #include <stdexcept>
+#include <system_error>
 
 #include "base/group_access.hpp"
 #include "base/local_address.hpp"
@@ -36,14 +37,26 @@ void bind_to(int fd, const std::string& path, std::optional<unsigned> group,
 
 }  // namespace
 
+std::string other_listener(const std::string& path) {
+  const int other = try_local_connection(path);
+  const int error = errno;
+  if (other >= 0) close(other);
+  // A full queue also means that a process listens, even if it hangs.
+  if (other >= 0 || error == EAGAIN) return "another daemon already listens at " + path;
+  if (error == EACCES) {
+    return "another daemon may already listen at " + path + ": no permission to connect to it";
+  }
+  return {};
+}
+
 int local_listener(const std::string& path, std::optional<unsigned> group,
                    std::size_t most_waiting) {
-  const int other = try_local_connection(path);
-  // A full queue also means that a process listens, even if it hangs.
-  if (other >= 0 || errno == EAGAIN) {
-    if (other >= 0) close(other);
-    throw std::runtime_error("another daemon already listens at " + path);
-  }
+  const std::string other = other_listener(path);
+  if (!other.empty()) throw std::runtime_error(other);
+  const std::filesystem::path folder = std::filesystem::path(path).parent_path();
+  std::error_code error;
+  if (!folder.empty()) std::filesystem::create_directories(folder, error);
+  if (error) throw std::runtime_error("can't create " + folder.string() + ": " + error.message());
   unlink(path.c_str());
   const int fd = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
   if (fd < 0) throw socket_failure("socket");

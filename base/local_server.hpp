@@ -56,8 +56,7 @@ class LocalServer {
   LocalServer& operator=(const LocalServer&) = delete;
   ~LocalServer();
 
-  // Opens the socket. Replaces a socket left over from a crash. Throws std::runtime_error, also if
-  // another process still listens there.
+  // Opens the socket as local_listener(). Throws std::runtime_error.
   void listen(const LocalSocketSettings& settings, Handler handler);
   // Ends the socket's connections and removes it. Has no effect if there is no such socket. Not
   // from within a handler.

@@ -146,6 +146,21 @@ FeederUser read_feeder(MapReader& in, const DaemonFile& daemon) {
   return feeder;
 }
 
+RecordingOfAll read_recording(MapReader& in) {
+  RecordingOfAll recording;
+  const Value<double> sync = in.maybe_number(
+      "sync", {"s", between(0.0, 3600.0),
+               "between two writes to the disk: longest loss of rows after a power failure",
+               "60 s on flash memory (SD card, eMMC, SSD), otherwise 5 s"});
+  if (sync.given) recording.sync_s = sync;
+  const Value<double> budget = in.maybe_number(
+      "write_budget_mb", {"MB", between(1.0, 1e7),
+                          "written per day by the daemon; above it the alarm disk_writes is raised",
+                          "4 times the rows, and 100 MB"});
+  if (budget.given) recording.write_budget_mb = budget;
+  return recording;
+}
+
 SocketRights read_rights(MapReader& in) {
   SocketRights rights;
   rights.alarms = in.flag(
@@ -206,6 +221,8 @@ DaemonFile read_daemon(MapReader& in, const std::string& file) {
                    [&](MapReader& server) { config.modbus_server = read_modbus_server(server); });
   in.maybe_section("alarms", "of all loops",
                    [&](MapReader& alarms) { config.alarms = read_alarms(alarms); });
+  in.maybe_section("recording", "of all loops to disk",
+                   [&](MapReader& recording) { config.recording = read_recording(recording); });
   const Value<std::vector<std::string>> certificates =
       in.maybe_texts("certificates",
                      "PEM files that loopwardend can read; the alarm certificate_expires is raised "

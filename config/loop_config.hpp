@@ -207,6 +207,14 @@ struct Alarms {
   std::size_t most_evidence = 200;  // folders kept
 };
 
+// Recordings of all loops.
+struct RecordingOfAll {
+  std::optional<double> sync_s;           // s between two syncs; not set: by the kind of the disk
+  std::optional<double> write_budget_mb;  // MB per day; not set: from the rows
+
+  friend bool operator==(const RecordingOfAll&, const RecordingOfAll&) = default;
+};
+
 // A user who may write values to feed.sock. The user id of the process decides.
 struct FeederUser {
   std::string user;
@@ -239,6 +247,7 @@ struct DaemonConfig {
   std::map<std::string, FeederUser> feeders;  // by the name that loops use
   std::optional<ModbusServer> modbus_server;
   Alarms alarms;
+  RecordingOfAll recording;
   std::vector<std::string> certificates;  // PEM files whose expiry is monitored
   SocketRights page;                      // of page.sock
   SocketRights edge;                      // of edge.sock

@@ -2,6 +2,7 @@
 #include "record/segment_ring.hpp"
 
 #include <fcntl.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -32,7 +33,7 @@ std::int64_t clock_ns(clockid_t clock) noexcept {
   return now.tv_sec * 1'000'000'000LL + now.tv_nsec;
 }
 
-// Returns when a row was taken. Rows wait for a short time before they are written. Rows of an
+// Returns when a row was taken. Rows wait before they are written. Rows of an
 // accelerated simulation have another clock, so the present time is used for them.
 std::int64_t utc_of(const RecordRow& row) noexcept {
   constexpr std::int64_t kLongestWait = 300'000'000'000;  // longer than the capacity of a queue
@@ -56,12 +57,29 @@ std::int64_t start_utc_ms(const std::filesystem::path& path) noexcept {
   }
 }
 
+// Releases the allocated space after `bytes`. Without success the space stays allocated until the
+// segment is deleted.
+void release_rest(int fd, std::size_t bytes) noexcept {
+  (void)!::ftruncate(fd, static_cast<off_t>(bytes));
+}
+
+// After a crash the newest segment still has its allocated space.
+void release_rest(const SegmentFile& segment) noexcept {
+  const base::File file(segment.path, O_WRONLY);
+  struct stat status {};
+  if (!file.is_open() || ::fstat(file.fd(), &status) != 0) return;
+  const auto bytes = static_cast<std::size_t>(status.st_size);
+  constexpr std::size_t kBlock = 512;  // of st_blocks
+  if (static_cast<std::size_t>(status.st_blocks) * kBlock > disk_bytes(bytes)) {
+    release_rest(file.fd(), bytes);
+  }
+}
+
 bool disk_is_full(int error) noexcept { return error == ENOSPC || error == EDQUOT; }
 
 }  // namespace
 
-SegmentWriter::SegmentWriter(SegmentSettings settings)
-    : settings_(std::move(settings)), last_sync_(Clock::now()) {
+SegmentWriter::SegmentWriter(SegmentSettings settings) : settings_(std::move(settings)) {
   if (!std::isfinite(settings_.period_s) || settings_.period_s <= 0.0) {
     throw RecordError(RecordError::Kind::data, 0, 0,
                       settings_.folder.string() + ": the period must be above 0 s");
@@ -75,20 +93,37 @@ SegmentWriter::SegmentWriter(SegmentSettings settings)
     next_sequence_ = std::max(next_sequence_, segment.sequence + 1);
     ended_.push_back(std::move(segment));
   }
+  if (!ended_.empty()) release_rest(ended_.back());
   look_for_oldest();
 }
 
+SegmentWriter::~SegmentWriter() {
+  write_pending();
+  end_segment();
+}
+
 void SegmentWriter::append(std::span<const RecordRow> rows) noexcept {
-  const std::uint64_t taken_before = status_.rows;
   try {
-    append_all(rows);
+    pending_.insert(pending_.end(), rows.begin(), rows.end());
+  } catch (const std::exception&) {
+    failed("memory for the recording", ENOMEM);
+    status_.rows_lost += rows.size();
+  }
+  if (pending_.size() >= settings_.most_pending) write_pending();
+}
+
+void SegmentWriter::write_pending() noexcept {
+  const std::uint64_t written_before = status_.rows;
+  try {
+    write_all(pending_);
   } catch (const std::exception&) {
     failed("memory for the recording", ENOMEM);
   }
-  status_.rows_lost += rows.size() - (status_.rows - taken_before);
+  status_.rows_lost += pending_.size() - (status_.rows - written_before);
+  pending_.clear();
 }
 
-void SegmentWriter::append_all(std::span<const RecordRow> rows) {
+void SegmentWriter::write_all(std::span<const RecordRow> rows) {
   if (retry_at_ && Clock::now() < *retry_at_) return;
   retry_at_.reset();
   while (!rows.empty()) {
@@ -105,7 +140,27 @@ void SegmentWriter::append_all(std::span<const RecordRow> rows) {
       may_make_room_ = true;
     }
   }
-  if (unsynced_ && Clock::now() - last_sync_ >= settings_.sync_interval && !sync()) end_segment();
+}
+
+// A failure is reported by the sync that follows.
+void SegmentWriter::start_writing(unsigned flags) const noexcept {
+  if (unsynced_) ::sync_file_range(file_.fd(), 0, 0, flags);
+}
+
+void SegmentWriter::sync_all(std::span<SegmentWriter* const> writers) noexcept {
+  // The data of all files are on their way, and the blocks for them chosen, before the first sync.
+  // It therefore stores the metadata of all files, and the others find nothing left to store.
+  for (SegmentWriter* writer : writers) {
+    writer->write_pending();
+    writer->start_writing(SYNC_FILE_RANGE_WRITE);
+  }
+  for (const SegmentWriter* writer : writers) {
+    writer->start_writing(SYNC_FILE_RANGE_WAIT_BEFORE | SYNC_FILE_RANGE_WRITE |
+                          SYNC_FILE_RANGE_WAIT_AFTER);
+  }
+  for (SegmentWriter* writer : writers) {
+    if (writer->unsynced_ && !writer->sync()) writer->end_segment();
+  }
 }
 
 bool SegmentWriter::write_rows(std::span<const RecordRow> rows) {
@@ -162,7 +217,11 @@ bool SegmentWriter::create_segment(const RecordRow& first) {
                                                     .start_monotonic_ns = first.time_ns});
   base::File file(path_, O_WRONLY | O_CREAT | O_EXCL);
   if (!file.is_open()) return false;
-  if (!file.write(header.bytes.data(), header.bytes.size())) {
+  const auto all = static_cast<off_t>(kSegmentHeaderBytes + rows_per_segment_ * kSegmentRowBytes);
+  // A file system without this function is used without it.
+  const bool no_room =
+      ::fallocate(file.fd(), FALLOC_FL_KEEP_SIZE, 0, all) != 0 && disk_is_full(errno);
+  if (no_room || !file.write(header.bytes.data(), header.bytes.size())) {
     const int error = errno;
     file.close();
     ::unlink(path_.c_str());
@@ -181,6 +240,7 @@ bool SegmentWriter::create_segment(const RecordRow& first) {
 
 void SegmentWriter::end_segment() noexcept {
   if (!file_.is_open()) return;
+  if (rows_in_segment_ < rows_per_segment_) release_rest(file_.fd(), bytes_of_rows());
   if (unsynced_) sync();
   const std::size_t bytes = bytes_of_open();
   if (!file_.close()) failed("closing a segment", errno);
@@ -194,7 +254,6 @@ void SegmentWriter::end_segment() noexcept {
 
 bool SegmentWriter::sync() noexcept {
   unsynced_ = false;
-  last_sync_ = Clock::now();
   if (!file_.sync()) {
     failed("waiting for the disk", errno);
     return false;
@@ -232,9 +291,12 @@ void SegmentWriter::look_for_oldest() noexcept {
   if (file_.is_open()) status_.oldest_utc_ms = start_utc_ms(path_);
 }
 
+std::size_t SegmentWriter::bytes_of_rows() const noexcept {
+  return kSegmentHeaderBytes + rows_in_segment_ * kSegmentRowBytes;
+}
+
 std::size_t SegmentWriter::bytes_of_open() const noexcept {
-  return file_.is_open() ? disk_bytes(kSegmentHeaderBytes + rows_in_segment_ * kSegmentRowBytes)
-                         : 0;
+  return file_.is_open() ? disk_bytes(bytes_of_rows()) : 0;
 }
 
 std::size_t SegmentWriter::bytes_of_all() const noexcept {
@@ -253,6 +315,7 @@ void SegmentWriter::failed(const char* step, int error) noexcept {
 SegmentStatus SegmentWriter::status() const {
   SegmentStatus status = status_;
   status.bytes = bytes_of_all();
+  status.pending = pending_.size();
   if (failed_step_ != nullptr) {
     status.last_error =
         settings_.folder.string() + ": " + failed_step_ + ": " + base::error_text(failed_errno_);

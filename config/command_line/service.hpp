@@ -3,8 +3,10 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <spdlog/formatter.h>
 
 #include <functional>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -20,7 +22,12 @@ std::vector<std::string> in_options(std::vector<std::string> words);
 // after wrong usage, 74 if `run` or a command throws.
 int run_service(CLI::App& app, std::vector<std::string> words, const std::function<int()>& run);
 
-// Sends log lines, with their time in UTC, to the error output.
+// Returns the form of log lines on the error output. If the journal of systemd reads it, a line
+// starts with its priority, for example "<4>", and has no time, because the journal stores both.
+// Otherwise a line starts with the time in UTC and the level.
+std::unique_ptr<spdlog::formatter> log_formatter();
+
+// Sends log lines to the error output, in the form of log_formatter().
 void log_to_stderr(const std::string& program, const std::string& level);
 
 }  // namespace loopwarden::config

@@ -4,9 +4,9 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
+#include <chrono>
+#include <cmath>
 #include <optional>
-#include <stdexcept>
-#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -17,6 +17,7 @@
 #include "daemon/loops/warm_start.hpp"
 #include "model/twin/explain.hpp"
 #include "model/watch/specialist_judge.hpp"
+#include "record/segment_format.hpp"
 
 namespace loopwarden::daemon {
 namespace {
@@ -44,15 +45,26 @@ console::Rights rights_of(const config::DaemonConfig& config) {
   return {.page = config.page, .edge = config.edge};
 }
 
-// Returns the folder of the sockets. Creates it if it is missing.
-std::filesystem::path socket_folder(const std::string& runtime_directory) {
-  std::error_code error;
-  std::filesystem::create_directories(runtime_directory, error);
-  if (error) {
-    throw std::runtime_error(
-        fmt::format("runtime_directory {}: {}", runtime_directory, error.message()));
+RecorderSettings recorder_settings(const config::DaemonConfig& config) {
+  RecorderSettings settings{.state_directory = config.state_directory};
+  if (config.recording.sync_s) {
+    settings.sync = std::chrono::milliseconds(std::llround(1000.0 * *config.recording.sync_s));
   }
-  return runtime_directory;
+  return settings;
+}
+
+// Returns the B per day that the daemon may write.
+double write_budget_b(const config::Configuration& configuration) {
+  if (const auto& mb = configuration.daemon.recording.write_budget_mb) return 1e6 * *mb;
+  constexpr double kTimesRows = 4.0;
+  constexpr double kOthers_b = 100e6;  // journal, evidence, reports
+  double rows_b = 0.0;
+  for (const config::LoopConfig& loop : configuration.loops) {
+    if (!loop.recording.enabled) continue;
+    rows_b +=
+        record::kSegmentRowBytes * 86400.0 * configuration.daemon.accelerate / loop.sample_time_s;
+  }
+  return kTimesRows * rows_b + kOthers_b;
 }
 
 gateway::MasterLossAction action_of(config::ModbusServer::LossAction action) {
@@ -103,7 +115,7 @@ Assembly::Assembly(config::Configuration from_files, const std::filesystem::path
           .started_ms = base::utc_ms(),
           .model_hash = specialists.hash,
           .log_lines_lost = std::move(log_lines_lost)},
-      historian(loops.all(), configuration.daemon.state_directory),
+      historian(loops.all(), recorder_settings(configuration.daemon)),
       journal({.folder = configuration.daemon.state_directory}),
       alarms(watched_loops(configuration), configuration.daemon.alarms.settings, journal,
              base::utc_ms),
@@ -120,7 +132,16 @@ Assembly::Assembly(config::Configuration from_files, const std::filesystem::path
                         const bool missing = modbus && !modbus->gateway.has_address();
                         return missing ? configuration.daemon.modbus_server->address
                                        : std::string();
-                      }},
+                      },
+                  .failed_parts =
+                      [this] {
+                        std::vector<std::string> all = control.problems();
+                        for (std::string why : {readers.problem(), elsewhere.problem()}) {
+                          if (!why.empty()) all.push_back(std::move(why));
+                        }
+                        return all;
+                      },
+                  .write_budget_b = write_budget_b(configuration)},
                  box_alarms),
       reports({.program = workbench_program(),
                .folder = std::filesystem::path(configuration.daemon.state_directory) / "reports",
@@ -141,8 +162,8 @@ Assembly::Assembly(config::Configuration from_files, const std::filesystem::path
                     }}),
       reloader(configuration, folder, loops.all(), historian, journal, reloader_callbacks(service)),
       console_sources(*this),
-      control(socket_folder(configuration.daemon.runtime_directory), plant(), archive(),
-              console_sources, console_sources, rights_of(configuration.daemon)),
+      control(configuration.daemon.runtime_directory, plant(), archive(), console_sources,
+              console_sources, rights_of(configuration.daemon)),
       readers(configuration.daemon.runtime_directory, plant(), archive(), console_sources) {
   if (configuration.daemon.real_time.lock_memory) loops.lock_memory();
   make_loops();

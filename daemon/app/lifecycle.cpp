@@ -225,6 +225,12 @@ void App::log_events() {
     const config::LoopConfig& loop = parts_.loops.all()[event.loop].config;
     // Loops out of service were reported at the start.
     if (config::out_of_service(loop.io) != nullptr) continue;
+    if (event.code == rt::EventCode::cycle_missed) {
+      missed_.warn("loop " + loop.name, "missed",
+                   fmt::format("loop {}: {}", loop.name, describe(event, loop).text));
+      continue;
+    }
+    if (is_first_end_of_fault(event)) continue;
     const EventText line = describe(event, loop);
     const auto level = line.severity == Severity::error     ? spdlog::level::err
                        : line.severity == Severity::warning ? spdlog::level::warn
@@ -232,7 +238,22 @@ void App::log_events() {
     spdlog::log(level, "loop {}: {}", loop.name, line.text);
   }
   if (suppressed > 0) spdlog::warn("{} more events not shown", suppressed);
+  missed_.look();
   parts_.loops.backends().log().look();
+}
+
+// A healthy loop is `starting` until its first good PV. The end of that is no news.
+bool App::is_first_end_of_fault(const rt::Event& event) {
+  if (event.code != rt::EventCode::fault_changed) return false;
+  const auto fault = static_cast<control::Fault>(event.a);
+  had_fault_.resize(parts_.loops.all().size(), false);
+  if (fault != control::Fault::none) {
+    if (fault != control::Fault::starting) had_fault_[event.loop] = true;
+    return false;
+  }
+  const bool had_fault = had_fault_[event.loop];
+  had_fault_[event.loop] = false;
+  return !had_fault;
 }
 
 void App::stop() {

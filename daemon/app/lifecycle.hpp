@@ -6,7 +6,9 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <vector>
 
+#include "base/limited_log.hpp"
 #include "config/loop_config.hpp"
 #include "daemon/app/assemble.hpp"
 #include "config/validation/specialist_files.hpp"
@@ -41,12 +43,15 @@ class App {
   void feed_watchdog();
   void show_state();
   void log_events();
+  bool is_first_end_of_fault(const rt::Event& event);
   void stop();
   void end_threads();
 
   ServiceManager service_;
   Assembly parts_;
   ThreadWatch thread_watch_;
+  base::LimitedLog missed_;      // cycles; a busy machine can miss one after the other
+  std::vector<bool> had_fault_;  // by loop: its log has a fault that is not over
   bool stuck_reported_ = false;
   bool ended_ = false;
 };

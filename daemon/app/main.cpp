@@ -6,7 +6,9 @@
 #include <unistd.h>
 
 #include <chrono>
+#include <filesystem>
 #include <memory>
+#include <random>
 #include <string>
 #include <utility>
 
@@ -14,7 +16,9 @@
 #include "config/validation/validation.hpp"
 #include "daemon/app/lifecycle.hpp"
 #include "daemon/app/log_queue.hpp"
+#include "daemon/app/restart_pause.hpp"
 #include "daemon/app/stop_actions.hpp"
+#include "daemon/app/watchdog.hpp"
 #include "daemon/probe/probe.hpp"
 #include "base/exit_code.hpp"
 #include "base/signals.hpp"
@@ -39,19 +43,37 @@ std::shared_ptr<loopwarden::daemon::LogQueue> open_log(const std::string& level)
   // Errors inside spdlog, such as lack of memory, would otherwise bypass the queue.
   spdlog::set_error_handler([](const std::string&) {});
   spdlog::set_level(spdlog::level::from_str(level));
-  spdlog::set_pattern("%Y-%m-%dT%H:%M:%S.%eZ %l %v", spdlog::pattern_time_type::utc);
+  spdlog::set_formatter(loopwarden::config::log_formatter());
   return queue;
+}
+
+// Waits before the loops start after repeated failures. Returns false if a signal ends the wait.
+bool wait_before_start(const loopwarden::daemon::RestartPause& starts) {
+  std::random_device random;
+  const double chance = std::uniform_real_distribution<double>()(random);
+  const auto pause =
+      starts.count_start(std::chrono::steady_clock::now().time_since_epoch(), chance);
+  if (pause.count() == 0) return true;
+  spdlog::warn("starts in {:.0f} s, after repeated failures; the outputs have their stop actions",
+               static_cast<double>(pause.count()) / 1000.0);
+  return loopwarden::base::wait_for_signal({SIGTERM, SIGINT}, pause) == 0;
 }
 
 // Runs the loops until a signal. The program ends also if a disk or the log's reader hangs then.
 int run_loops(loopwarden::config::Configuration configuration, const std::string& directory,
               const loopwarden::config::Specialists& specialists) {
   const auto log = open_log(configuration.daemon.log_level);
+  const loopwarden::daemon::RestartPause starts(
+      std::filesystem::path(configuration.daemon.runtime_directory) / "starts");
+  if (loopwarden::daemon::has_service_manager() && !wait_before_start(starts)) return kExitOk;
   auto app = std::make_unique<loopwarden::daemon::App>(std::move(configuration), directory,
                                                        specialists, [log] { return log->lost(); });
   const int exit_code = app->run();
   const bool ended = app->ended();
-  if (ended) app.reset();
+  if (ended) {
+    app.reset();
+    starts.forget();
+  }
   // Hanging threads still use objects that the destructors would free.
   if (!log->stop_for(std::chrono::seconds(2)) || !ended) ::_exit(exit_code);
   return exit_code;

@@ -245,6 +245,7 @@ constexpr auto kDaemonRows = std::to_array<Row<DaemonConfig>>({
     daemon_row("runtime_directory", kWaits,
                [](const DaemonConfig& d) { return d.runtime_directory; }),
     daemon_row("state_directory", kWaits, [](const DaemonConfig& d) { return d.state_directory; }),
+    daemon_row("recording", kWaits, [](const DaemonConfig& d) { return d.recording; }),
     daemon_row("certificates", kWaits, [](const DaemonConfig& d) { return d.certificates; }),
     daemon_row("alarms.latching", kWaits,
                [](const DaemonConfig& d) { return d.alarms.settings.latching; }),

@@ -37,6 +37,15 @@ protocol::JournalStatus journal_of(const journal::Journal& journal) {
           .damaged = lines.damaged};
 }
 
+protocol::RecorderStatus recorder_of(const Assembly& parts) {
+  const host::WriteRate writes = parts.box_looker.writes();
+  return {.disk_wait_s = parts.historian.recorder().disk_wait_s(),
+          .sync_s = parts.historian.recorder().sync_s(),
+          .written_bytes = writes.bytes,
+          .written_mb_per_day = writes.per_day_b ? *writes.per_day_b / 1e6 : protocol::kNone,
+          .write_budget_mb_per_day = parts.box_looker.write_budget_b() / 1e6};
+}
+
 protocol::EvidenceStatus evidence_of(const EvidenceStatus& kept) {
   return {.error = kept.error,
           .removal_error = kept.removal_error,
@@ -87,7 +96,7 @@ protocol::DaemonStatus status_of(const Assembly& parts) {
           .config_hash = parts.reloader.config_hash(),
           .model_hash = parts.origin.model_hash,
           .configuration = parts.reloader.status(),
-          .recorder = {parts.historian.recorder().disk_wait_s()},
+          .recorder = recorder_of(parts),
           .log_lines_lost = parts.origin.log_lines_lost ? parts.origin.log_lines_lost() : 0,
           .journal = journal_of(parts.journal),
           .evidence = evidence_of(parts.evidence.store().status()),

@@ -109,6 +109,8 @@ void ServiceManager::keep_alive(bool healthy, std::int64_t now_ns) {
   if (notify("WATCHDOG=1")) last_ns_ = now_ns;
 }
 
+bool has_service_manager() noexcept { return std::getenv("NOTIFY_SOCKET") != nullptr; }
+
 int modbus_listener() noexcept {
   if (number_in("LISTEN_PID") != getpid()) return -1;
   const auto count = static_cast<int>(number_in("LISTEN_FDS"));

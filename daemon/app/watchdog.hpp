@@ -62,6 +62,9 @@ class ServiceManager {
   std::string last_status_;
 };
 
+// Returns true if a service manager started this process and restarts it after a failure.
+bool has_service_manager() noexcept;
+
 // Returns the listening TCP socket that the service manager passed (loopwardend.socket); -1: none.
 int modbus_listener() noexcept;
 

@@ -41,6 +41,8 @@ class WatchedLoops {
     return sampler_.empty() ? nullptr : &sampler_;
   }
   const external::FeedServer* feed() const noexcept { return feed_.get(); }
+  // Returns why feed.sock is not open; empty: it is, or no feeder is configured. From any thread.
+  std::string problem() const { return feed_ ? feed_->problem() : std::string(); }
   // From any thread.
   std::vector<protocol::FeederStatus> feeders(std::int64_t now_ns) const;
 

@@ -5,6 +5,7 @@
 
 #include <exception>
 #include <nlohmann/json.hpp>
+#include <stdexcept>
 #include <utility>
 #include <variant>
 
@@ -12,6 +13,7 @@
 #include "daemon/console/request.hpp"
 #include "daemon/console/status.hpp"
 #include "base/group_access.hpp"
+#include "base/local_listener.hpp"
 
 namespace loopwarden::daemon {
 
@@ -39,10 +41,9 @@ ControlServer::ControlServer(std::filesystem::path folder, const console::Plant&
       rights_(rights),
       page_group_(base::group_id("loopwarden-page")),
       edge_group_(base::group_id("loopwarden-edge")) {
-  listen(SocketName::control);
-  if (rights.page.any()) listen(SocketName::page);
-  if (rights.edge.any()) listen(SocketName::edge);
-  followed_ = rights;
+  const std::string other = base::other_listener(path_of(SocketName::control).string());
+  if (!other.empty()) throw std::runtime_error(other);
+  open_and_close();
 }
 
 std::filesystem::path ControlServer::path_of(SocketName socket) const {
@@ -71,29 +72,33 @@ Rights ControlServer::rights() const {
   return rights_;
 }
 
-// Opens each socket that got a right by a reload, and closes each one that lost the last right.
-void ControlServer::follow_rights() {
+std::vector<std::string> ControlServer::problems() const {
+  std::vector<std::string> all;
+  for (const base::RepeatedAttempt& attempt : opening_) {
+    std::string problem = attempt.problem();
+    if (!problem.empty()) all.push_back(std::move(problem));
+  }
+  return all;
+}
+
+// Opens each socket that should be open, and closes each one that lost its last right by a reload.
+void ControlServer::open_and_close() {
+  constexpr std::array kSockets{SocketName::control, SocketName::page, SocketName::edge};
   const Rights now = rights();
-  if (now == followed_) return;
-  followed_ = now;  // also after a failure: the next round does not repeat it
-  for (const SocketName socket : {SocketName::page, SocketName::edge}) {
-    const std::string path = path_of(socket).string();
-    if (now.of(socket).any() == server_.listens(path)) continue;
-    if (server_.listens(path)) {
+  for (std::size_t i = 0; i < kSockets.size(); ++i) {
+    const std::string path = path_of(kSockets[i]).string();
+    if (!now.of(kSockets[i]).any()) {
       server_.close(path);
-      continue;
-    }
-    try {
-      listen(socket);
-    } catch (const std::exception& e) {
-      spdlog::error("{}.sock: {}", to_text(socket), e.what());
+      opening_[i].give_up();
+    } else if (!server_.listens(path)) {
+      opening_[i].run([&] { listen(kSockets[i]); });
     }
   }
 }
 
 void ControlServer::round() {
   try {
-    follow_rights();
+    open_and_close();
     server_.serve(std::chrono::milliseconds(200));
   } catch (const std::exception& e) {
     spdlog::error("control socket: {}", e.what());

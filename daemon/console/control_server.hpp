@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <atomic>
 #include <chrono>
 #include <cstdint>
@@ -9,12 +10,14 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "daemon/console/access.hpp"
 #include "daemon/console/operator_commands.hpp"
 #include "daemon/console/readings.hpp"
 #include "base/blocking/blocking_worker.hpp"
 #include "base/local_server.hpp"
+#include "base/repeated_attempt.hpp"
 #include "base/thread.hpp"
 
 namespace loopwarden::daemon {
@@ -24,7 +27,9 @@ namespace loopwarden::daemon {
 // docs/reference/sockets.md lists the requests.
 class ControlServer {
  public:
-  // Listens on the sockets in `folder` at once; start() begins to serve. Throws std::runtime_error.
+  // Listens on the sockets in `folder` at once; start() begins to serve. A socket that can't be
+  // opened is tried again until it can. Throws std::runtime_error if another daemon listens at
+  // control.sock, because both would move the same valves.
   ControlServer(std::filesystem::path folder, const console::Plant& plant,
                 const console::Archive& archive, const console::DaemonInfo& info,
                 console::Operations& operations, const console::Rights& rights);
@@ -43,6 +48,8 @@ class ControlServer {
   // Any thread. Applies to the next request; the next round opens and closes the sockets.
   void set_rights(const console::Rights& rights);
   console::Rights rights() const;
+  // Returns the reason for each needed socket that is not open. From any thread.
+  std::vector<std::string> problems() const;
 
   // Returns the answer to one request line; public for tests.
   base::LocalServer::Answer answer(std::string_view line, console::SocketName socket,
@@ -51,7 +58,7 @@ class ControlServer {
  private:
   std::filesystem::path path_of(console::SocketName socket) const;
   void listen(console::SocketName socket);
-  void follow_rights();
+  void open_and_close();
   void round();
   void check_allowed(const std::string& request, console::SocketName socket);
   void publish_metrics();
@@ -64,10 +71,12 @@ class ControlServer {
   console::OperatorCommands commands_;
   mutable std::mutex rights_mutex_;
   console::Rights rights_;
-  console::Rights followed_;  // rights of the open sockets
   std::optional<unsigned> page_group_;
   std::optional<unsigned> edge_group_;
   base::LocalServer server_;
+  std::array<base::RepeatedAttempt, 3> opening_{base::RepeatedAttempt("control.sock"),
+                                                base::RepeatedAttempt("page.sock"),
+                                                base::RepeatedAttempt("edge.sock")};
   std::uint64_t not_allowed_ = 0;  // requests since the last line in the log
   std::chrono::steady_clock::time_point log_again_{};
 

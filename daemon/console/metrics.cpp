@@ -227,6 +227,12 @@ std::string metrics_text(const protocol::DaemonStatus& daemon, std::size_t loops
               daemon.events_dropped);
   page.single("recorder_disk_wait_seconds", "gauge",
               "for how long the recorder's disk has not answered", daemon.recorder.disk_wait_s);
+  page.single("recording_sync_seconds", "gauge", "between two writes of rows to the disk",
+              daemon.recorder.sync_s);
+  page.single("written_bytes_total", "counter", "that the daemon has passed to disks",
+              daemon.recorder.written_bytes);
+  page.single("write_budget_bytes_per_day", "gauge", "above it the alarm disk_writes is raised",
+              1e6 * daemon.recorder.write_budget_mb_per_day);
   page.single("log_lines_lost_total", "counter", "lines that the log had no room for",
               daemon.log_lines_lost);
   page.single("journal_lost_total", "counter", "lines of the journal that found no room",

@@ -21,12 +21,19 @@ constexpr double kLinesPerSecond = 200.0;
 
 StatusServer::StatusServer(const std::filesystem::path& folder, const console::Plant& plant,
                            const console::Archive& archive, const console::DaemonInfo& info)
-    : readings_(plant, archive, info, "lw-reader-2") {
-  server_.listen({.path = (folder / "status.sock").string(),
-                  .group = base::group_id("loopwarden-status"),
-                  .most_peers = kMostReaders,
-                  .lines_per_second = kLinesPerSecond},
-                 [this](std::string_view line, unsigned) { return answer(line); });
+    : path_((folder / "status.sock").string()), readings_(plant, archive, info, "lw-reader-2") {
+  open();
+}
+
+void StatusServer::open() {
+  if (server_.listens(path_)) return;
+  opening_.run([this] {
+    server_.listen({.path = path_,
+                    .group = base::group_id("loopwarden-status"),
+                    .most_peers = kMostReaders,
+                    .lines_per_second = kLinesPerSecond},
+                   [this](std::string_view line, unsigned) { return answer(line); });
+  });
 }
 
 void StatusServer::start() {
@@ -34,6 +41,7 @@ void StatusServer::start() {
   thread_.start({.name = "lw-status"}, [this] {
     while (!quit_.load(std::memory_order_relaxed)) {
       try {
+        open();
         server_.serve(std::chrono::milliseconds(200));
       } catch (const std::exception& e) {
         spdlog::error("status socket: {}", e.what());

@@ -10,6 +10,7 @@
 
 #include "daemon/console/readings.hpp"
 #include "base/local_server.hpp"
+#include "base/repeated_attempt.hpp"
 #include "base/thread.hpp"
 
 namespace loopwarden::daemon {
@@ -17,7 +18,8 @@ namespace loopwarden::daemon {
 // Serves status.sock on a separate thread, so that many readers do not delay an operator.
 class StatusServer {
  public:
-  // Listens on the socket in `folder` at once; start() begins to serve. Throws std::runtime_error.
+  // Listens on the socket in `folder` at once; start() begins to serve. A socket that can't be
+  // opened is tried again until it can.
   StatusServer(const std::filesystem::path& folder, const console::Plant& plant,
                const console::Archive& archive, const console::DaemonInfo& info);
   StatusServer(const StatusServer&) = delete;
@@ -30,13 +32,19 @@ class StatusServer {
   bool stop_for(std::chrono::milliseconds patience);
   std::uint64_t ticks() const noexcept { return ticks_.load(std::memory_order_relaxed); }
 
+  // Returns why the socket is not open; empty: it is. From any thread.
+  std::string problem() const { return opening_.problem(); }
+
   // Returns the answer to one request line; public for tests.
   std::string answer(std::string_view line);
 
  private:
+  void open();
   void end_thread() noexcept;
 
+  std::string path_;
   console::Readings readings_;
+  base::RepeatedAttempt opening_{"status.sock"};
   base::LocalServer server_;
   std::atomic<bool> quit_{false};
   std::atomic<std::uint64_t> ticks_{0};

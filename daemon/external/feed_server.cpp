@@ -60,15 +60,23 @@ FeedServer::FeedServer(std::string path, std::vector<Right> rights, std::optiona
                        hal::feed::FeedTable& board, double bytes_per_second)
     : path_(std::move(path)),
       rights_(std::move(rights)),
+      group_(group),
       board_(board),
-      bytes_per_second_(bytes_per_second),
-      listener_(base::local_listener(path_, group, kMostWaiting)) {}
+      bytes_per_second_(bytes_per_second) {
+  open();
+}
 
 FeedServer::~FeedServer() {
   stop();
   for (Peer& peer : peers_) ::close(peer.fd);
+  if (listener_ < 0) return;
   ::close(listener_);
   ::unlink(path_.c_str());
+}
+
+void FeedServer::open() {
+  if (listener_ >= 0) return;
+  opening_.run([this] { listener_ = base::local_listener(path_, group_, kMostWaiting); });
 }
 
 void FeedServer::start() {
@@ -90,6 +98,7 @@ void FeedServer::stop() noexcept {
 }
 
 void FeedServer::serve(std::chrono::milliseconds timeout) {
+  open();
   std::vector<pollfd> waiting{{listener_, POLLIN, 0}};
   const Steady::time_point before = Steady::now();
   for (Peer& peer : peers_) {

@@ -22,6 +22,7 @@
 #include <string>
 #include <vector>
 
+#include "base/repeated_attempt.hpp"
 #include "base/thread.hpp"
 #include "hal/feed/feed_table.hpp"
 
@@ -38,8 +39,8 @@ class FeedServer {
     unsigned uid = 0;
   };
 
-  // Starts listening. The table must outlive this and contain all feeders. `bytes_per_second`: rate
-  // and burst per feeder. Throws std::runtime_error.
+  // Starts listening. A socket that can't be opened is tried again until it can. The table must
+  // outlive this and contain all feeders. `bytes_per_second`: rate and burst per feeder.
   FeedServer(std::string path, std::vector<Right> rights, std::optional<unsigned> group,
              hal::feed::FeedTable& board, double bytes_per_second = kBytesPerSecond);
   FeedServer(const FeedServer&) = delete;
@@ -53,6 +54,8 @@ class FeedServer {
 
   // From any thread.
   std::uint64_t ticks() const noexcept { return ticks_.load(std::memory_order_relaxed); }
+  // Returns why the socket is not open; empty: it is.
+  std::string problem() const { return opening_.problem(); }
   // Connections of users who are not feeders.
   std::uint64_t refused() const noexcept { return refused_.load(std::memory_order_relaxed); }
 
@@ -73,6 +76,7 @@ class FeedServer {
     Steady::time_point log_again{};
   };
 
+  void open();
   void accept_peer();
   void let_go(Peer& peer) noexcept;
   bool move(Peer& peer, short ready);
@@ -84,9 +88,11 @@ class FeedServer {
 
   std::string path_;
   std::vector<Right> rights_;
+  std::optional<unsigned> group_;
   hal::feed::FeedTable& board_;
   double bytes_per_second_;
-  int listener_;
+  int listener_ = -1;  // -1: not open yet
+  base::RepeatedAttempt opening_{"feed.sock"};
   std::vector<Peer> peers_;
   std::map<std::string, BadLines> bad_;  // by feeder
   Steady::time_point refusal_log_again_{};

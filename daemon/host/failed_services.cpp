@@ -1,10 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "daemon/host/failed_services.hpp"
 
+#include <fmt/format.h>
 #include <systemd/sd-bus.h>
+#include <systemd/sd-daemon.h>
 
+#include <algorithm>
+#include <array>
 #include <cstdint>
+#include <filesystem>
 #include <memory>
+#include <system_error>
 #include <utility>
 
 namespace loopwarden::daemon::host {
@@ -23,8 +29,8 @@ BusMessage question(sd_bus* bus) {
     return {nullptr, sd_bus_message_unref};
   }
   BusMessage message(made, sd_bus_message_unref);
-  const bool filled =
-      sd_bus_message_append(made, "asas", 1, "failed", 1, "loopwarden-*.service") >= 0;
+  const bool filled = sd_bus_message_append(made, "asas", 2, "failed", "auto-restart", 1,
+                                            "loopwarden-*.service") >= 0;
   return filled ? std::move(message) : BusMessage(nullptr, sd_bus_message_unref);
 }
 
@@ -55,6 +61,16 @@ std::optional<std::vector<std::string>> failed_services() {
     units.emplace_back(name);
   }
   return units;
+}
+
+bool services_are_configured() {
+  if (sd_booted() <= 0) return false;
+  // The start condition of each unit: /etc/loopwarden-NAME/NAME.yaml.
+  constexpr std::array kNames{"page", "notify", "edge", "feed", "opcua", "fleet"};
+  return std::any_of(kNames.begin(), kNames.end(), [](const char* name) {
+    std::error_code error;
+    return std::filesystem::exists(fmt::format("/etc/loopwarden-{0}/{0}.yaml", name), error);
+  });
 }
 
 }  // namespace loopwarden::daemon::host

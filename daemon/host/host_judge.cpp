@@ -30,16 +30,6 @@ void judge_disk(const BoxLook& look, std::optional<bool>& found, std::string& wh
   }
 }
 
-void judge_services(const BoxLook& look, std::optional<bool>& found, std::string& why) {
-  std::vector<std::string> failed = look.failed_services.value_or(std::vector<std::string>{});
-  if (!look.missing_address.empty()) {
-    failed.push_back(
-        fmt::format("Modbus server: this host has no address {}", look.missing_address));
-  }
-  if (look.failed_services || !failed.empty()) found = !failed.empty();
-  why = names(failed);
-}
-
 void judge_certificates(const BoxLook& look, std::optional<bool>& found, std::string& why) {
   if (!look.disk) return;
   std::vector<std::string> ending;
@@ -60,6 +50,27 @@ void judge_certificates(const BoxLook& look, std::optional<bool>& found, std::st
 }
 
 }  // namespace
+
+void HostJudge::judge_services(const BoxLook& look, std::optional<bool>& found, std::string& why) {
+  if (look.failed_services && !look.failed_services->empty()) {
+    failed_at_ms_ = look.monotonic_ms;
+    failed_ = *look.failed_services;
+  } else if (look.monotonic_ms - failed_at_ms_ >= kFailedAgain_ms) {
+    failed_.clear();
+  }
+  std::vector<std::string> all = failed_;
+  if (!look.failed_services && look.has_services) {
+    all.emplace_back(
+        "the state of the services is not known, because the system bus does not answer (package "
+        "dbus)");
+  }
+  if (!look.missing_address.empty()) {
+    all.push_back(fmt::format("Modbus server: this host has no address {}", look.missing_address));
+  }
+  all.insert(all.end(), look.failed_parts.begin(), look.failed_parts.end());
+  if (look.failed_services || !all.empty()) found = !all.empty();
+  why = names(all);
+}
 
 BoxReport HostJudge::judge(const BoxLook& look) {
   BoxReport report;
@@ -95,6 +106,15 @@ BoxReport HostJudge::judge(const BoxLook& look) {
   found(BoxAlarm::records_dropped) = within(dropped_at_ms_);
   if (within(dropped_at_ms_)) {
     why(BoxAlarm::records_dropped) = fmt::format("{} cycles since the start", look.dropped);
+  }
+
+  if (look.writes.full_hour && look.writes.per_day_b) {
+    found(BoxAlarm::disk_writes) = *look.writes.per_day_b > look.write_budget_b;
+    if (*found(BoxAlarm::disk_writes)) {
+      why(BoxAlarm::disk_writes) =
+          fmt::format("{:.0f} MB a day in the last hour, the budget is {:.0f} MB",
+                      *look.writes.per_day_b / 1e6, look.write_budget_b / 1e6);
+    }
   }
   return report;
 }

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "daemon/host/host_alarms.hpp"
+#include "daemon/host/write_meter.hpp"
 
 namespace loopwarden::daemon::host {
 
@@ -15,6 +16,8 @@ inline constexpr std::uint64_t kLeastRoom_bytes = 100'000'000;
 inline constexpr std::int64_t kClockStep_ms = 1000;
 inline constexpr std::int64_t kRemembered_ms = 600'000;  // for clock steps and dropped cycles
 inline constexpr double kCertificate_days = 14.0;
+// A service that fails again and again runs for a short time in between.
+inline constexpr std::int64_t kFailedAgain_ms = 20'000;
 inline constexpr double kDiskHangs_s = 10.0;  // slow disks answer sooner
 
 struct Certificate {
@@ -36,8 +39,12 @@ struct BoxLook {
   std::string journal_error{};
   std::vector<std::string> lost_feeders{};
   std::optional<std::vector<std::string>> failed_services{};  // nullopt: systemd can't be asked
-  std::string missing_address{};  // of the Modbus server; empty: the host has it
-  std::uint64_t dropped = 0;      // cycles since the start
+  bool has_services = false;                // systemd runs, and a service is configured
+  std::string missing_address{};            // of the Modbus server; empty: the host has it
+  std::vector<std::string> failed_parts{};  // of the daemon, each with its reason
+  std::uint64_t dropped = 0;                // cycles since the start
+  WriteRate writes{};
+  double write_budget_b = 0.0;  // B per day
 };
 
 // Judges a check against the previous one. It uses no clock.
@@ -46,7 +53,11 @@ class HostJudge {
   BoxReport judge(const BoxLook& look);
 
  private:
+  void judge_services(const BoxLook& look, std::optional<bool>& found, std::string& why);
+
   std::optional<std::int64_t> offset_ms_;  // UTC - monotonic
+  std::int64_t failed_at_ms_ = 0;
+  std::vector<std::string> failed_;  // services that failed at failed_at_ms_
   std::optional<std::int64_t> stepped_at_ms_;
   std::int64_t step_ms_ = 0;
   std::optional<std::uint64_t> dropped_;

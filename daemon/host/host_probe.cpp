@@ -40,7 +40,17 @@ DiskLook look_at_disk(const std::filesystem::path& state_directory,
   return look;
 }
 
+WriteRate HostProbe::writes() const {
+  const std::lock_guard lock(writes_mutex_);
+  return writes_;
+}
+
 BoxLook HostProbe::look() {
+  if (const std::optional<std::uint64_t> bytes = bytes_written()) {
+    const WriteRate rate = meter_.add(monotonic_ms(), *bytes);
+    const std::lock_guard lock(writes_mutex_);
+    writes_ = rate;
+  }
   std::optional<DiskLook> disk = disk_.ask(sources_.disk, kDiskPatience);
   const protocol::DaemonStatus status = sources_.status();
   BoxLook look{.monotonic_ms = monotonic_ms(),
@@ -49,8 +59,12 @@ BoxLook HostProbe::look() {
                .disk_wait_s = std::max(disk_.seconds(), status.recorder.disk_wait_s),
                .journal_error = status.journal.error,
                .failed_services = failed_services(),
+               .has_services = services_are_configured(),
                .missing_address = sources_.missing_address(),
-               .dropped = sources_.dropped()};
+               .failed_parts = sources_.failed_parts(),
+               .dropped = sources_.dropped(),
+               .writes = writes(),
+               .write_budget_b = sources_.write_budget_b};
   for (const protocol::FeederStatus& feeder : status.feeders) {
     if (!feeder.connected) look.lost_feeders.push_back(feeder.name);
   }

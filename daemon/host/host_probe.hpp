@@ -16,6 +16,7 @@
 #include "base/thread.hpp"
 #include "daemon/host/host_alarms.hpp"
 #include "daemon/host/host_judge.hpp"
+#include "daemon/host/write_meter.hpp"
 #include "base/blocking/blocking_worker.hpp"
 #include "daemon/protocol/answers.hpp"
 
@@ -31,7 +32,10 @@ struct BoxSources {
   std::function<protocol::DaemonStatus()> status;
   std::function<std::uint64_t()> dropped;  // cycles for which recorder or monitor was too slow
   std::function<std::string()> missing_address;  // of the Modbus server; empty: the host has it
-  std::chrono::milliseconds period{5000};        // between two checks
+  // sockets of the daemon that can't be opened, with the reason
+  std::function<std::vector<std::string>()> failed_parts;
+  double write_budget_b = 0.0;             // B per day
+  std::chrono::milliseconds period{5000};  // between two checks
 };
 
 class HostProbe {
@@ -47,12 +51,19 @@ class HostProbe {
   // call.
   bool stop_for(std::chrono::milliseconds patience);
 
+  // Returns the writes up to the last check. From any thread.
+  WriteRate writes() const;
+  double write_budget_b() const noexcept { return sources_.write_budget_b; }  // B per day
+
  private:
   void run();
   BoxLook look();
 
   BoxSources sources_;
   HostAlarms& board_;
+  WriteMeter meter_;
+  mutable std::mutex writes_mutex_;
+  WriteRate writes_;
   std::mutex mutex_;
   std::condition_variable wake_;
   bool quit_ = false;

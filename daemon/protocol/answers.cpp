@@ -113,7 +113,8 @@ PROTOCOL_JSON(MonitorStatus, windows, cycles, dropped, backlog)
 PROTOCOL_JSON(SerialServer, open, requests, malformed)
 PROTOCOL_JSON(ModbusServer, port, clients, requests, accepted, refused, displaced, malformed,
               serial)
-PROTOCOL_JSON(RecorderStatus, disk_wait_s)
+PROTOCOL_JSON(RecorderStatus, disk_wait_s, sync_s, written_bytes, written_mb_per_day,
+              write_budget_mb_per_day)
 PROTOCOL_JSON(FeederStatus, name, connected, lines, bad_lines, values, unknown_names, doubled,
               out_of_order, connections, silent_s, clock_behind_s)
 PROTOCOL_JSON(DaemonStatus, version, config_hash, model_hash, configuration, recorder,

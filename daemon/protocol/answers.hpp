@@ -449,6 +449,10 @@ struct ModbusServer {
 
 struct RecorderStatus {
   double disk_wait_s = 0.0;
+  double sync_s = 0.0;                // between two writes to the disk
+  std::uint64_t written_bytes = 0;    // by the daemon since its start
+  double written_mb_per_day = kNone;  // in at most the last hour
+  double write_budget_mb_per_day = kNone;
 };
 
 // A feeder: a client that sends values of watched loops to feed.sock.

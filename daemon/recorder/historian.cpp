@@ -17,9 +17,6 @@ constexpr std::chrono::milliseconds kPause{20};
 
 }  // namespace
 
-Historian::Historian(std::vector<LoopRuntime>& loops, std::filesystem::path state_directory)
-    : Historian(loops, RecorderSettings{.state_directory = std::move(state_directory)}) {}
-
 Historian::Historian(std::vector<LoopRuntime>& loops, RecorderSettings settings)
     : loops_(loops), recorder_(loops, std::move(settings)) {}
 

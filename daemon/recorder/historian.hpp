@@ -41,7 +41,6 @@ class Historian {
   // Rows kept in memory per loop.
   static constexpr std::size_t kKept = 512;
 
-  Historian(std::vector<LoopRuntime>& loops, std::filesystem::path state_directory);
   Historian(std::vector<LoopRuntime>& loops, RecorderSettings settings);
   Historian(const Historian&) = delete;
   Historian& operator=(const Historian&) = delete;

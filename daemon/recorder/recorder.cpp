@@ -10,6 +10,8 @@
 #include <system_error>
 #include <utility>
 
+#include "daemon/recorder/flash_memory.hpp"
+
 namespace loopwarden::daemon {
 namespace {
 
@@ -18,6 +20,14 @@ using record::RecordRow;
 constexpr std::chrono::milliseconds kRound{50};
 constexpr std::size_t kSmallestQueue = 64;         // rows
 constexpr std::uint64_t kLongestFilledGap = 6000;  // periods; a longer one ends the CSV record
+
+// Returns how many rows of a loop wait for the next sync. They fit into the historian's memory
+// (Historian::kKept), which bridges them for readers.
+std::size_t most_pending(std::size_t loops) {
+  constexpr std::size_t kMostBytes = 4UL * 1024UL * 1024UL;  // of all loops
+  return std::clamp<std::size_t>(kMostBytes / sizeof(RecordRow) / std::max<std::size_t>(loops, 1),
+                                 32, 256);
+}
 
 bool fit_for_file_name(const std::string& name) {
   return !name.empty() && name.size() <= 100 && name.front() != '.' &&
@@ -76,7 +86,7 @@ RecorderStatus Recorder::status(std::size_t loop) const {
   const std::lock_guard lock(mutex_);
   const Track& track = tracks_[loop];
   const bool writes = track.csv.state != CsvState::none && !track.csv.cancelled;
-  return {.waiting = track.waiting.size(),
+  return {.waiting = track.waiting.size() + track.segments.pending,
           .queue_dropped = track.dropped,
           .segments = track.segments,
           .csv_file = writes ? track.csv.file.string() : std::string(),
@@ -141,6 +151,9 @@ std::string Recorder::stop_csv(std::size_t loop, std::chrono::milliseconds patie
 
 void Recorder::run() {
   for (std::size_t i = 0; i < loops_.size(); ++i) open_segments(i);
+  const std::chrono::milliseconds sync = choose_sync();
+  sync_ms_ = sync.count();
+  next_sync_ = std::chrono::steady_clock::now() + sync;
   bool last_round = false;
   while (!last_round) {
     {
@@ -157,6 +170,8 @@ void Recorder::run() {
         spdlog::error("loop {}: recording: {}", loops_[i].config.name, e.what());
       }
     }
+    sync_if_due();
+    publish_status();
   }
   const base::DiskWait::Section waiting(wait_);
   disks_.clear();  // closes the segments
@@ -171,9 +186,37 @@ void Recorder::open_segments(std::size_t loop) {
         record::SegmentSettings{.folder = segments_folder(config.name),
                                 .loop = config.name,
                                 .period_s = config.sample_time_s,
-                                .limit_bytes = config.recording.limit_bytes});
+                                .limit_bytes = config.recording.limit_bytes,
+                                .most_pending = most_pending(loops_.size())});
+    writers_.push_back(disks_[loop].segments.get());
   } catch (const std::exception& e) {
     spdlog::error("loop {}: no recording: {}", config.name, e.what());
+  }
+}
+
+// Looks at the disk, which may hang.
+std::chrono::milliseconds Recorder::choose_sync() const {
+  constexpr std::chrono::seconds kOnFlash{60};
+  constexpr std::chrono::seconds kOnOthers{5};
+  if (settings_.sync) return *settings_.sync;
+  return is_on_flash(settings_.state_directory) ? kOnFlash : kOnOthers;
+}
+
+// One sync for all loops costs least writes.
+void Recorder::sync_if_due() {
+  const auto now = std::chrono::steady_clock::now();
+  if (now < next_sync_) return;
+  next_sync_ = now + std::chrono::milliseconds(sync_ms_.load());
+  const base::DiskWait::Section waiting(wait_);
+  record::SegmentWriter::sync_all(writers_);
+}
+
+void Recorder::publish_status() {
+  for (std::size_t i = 0; i < loops_.size(); ++i) {
+    if (!disks_[i].segments) continue;
+    record::SegmentStatus status = disks_[i].segments->status();
+    const std::lock_guard lock(mutex_);
+    tracks_[i].segments = std::move(status);
   }
 }
 
@@ -187,12 +230,7 @@ void Recorder::write_loop(std::size_t loop) {
   }
   std::span<const RecordRow> rows(batch_);
   Disk& disk = disks_[loop];
-  if (disk.segments) {
-    disk.segments->append(rows);
-    record::SegmentStatus status = disk.segments->status();
-    const std::lock_guard lock(mutex_);
-    tracks_[loop].segments = std::move(status);
-  }
+  if (disk.segments) disk.segments->append(rows);
   while (const std::optional<CsvOrder> order = next_order(loop, at + rows.size())) {
     const auto before = rows.first(order->after > at ? order->after - at : 0);
     write_csv(loop, before);

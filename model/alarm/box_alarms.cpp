@@ -25,16 +25,25 @@ AlarmGuide guide_of(BoxAlarm kind) noexcept {
               "Check the service of the feeder and its log. Start it", "1 hour"};
     case BoxAlarm::service_failed:
       return {
-          "A service of the box (page, edge, notify, feed) has failed and does not restart, or the "
-          "host does not have the address of the Modbus server",
-          "Alarms may not reach the operator. Masters can't connect without the address",
-          "Run `systemctl status` for the named service, and start it. For an address, check "
-          "the network of the host and `modbus_server.address`",
+          "A service of the box (page, edge, notify, feed) has failed or its state is not known, a "
+          "socket of the daemon can't be opened, or the host does not have the address of the "
+          "Modbus server",
+          "Alarms may not reach the operator. Masters and programs can't connect",
+          "Run `systemctl status` for the named service, and start it. For a socket, correct the "
+          "named reason: the daemon tries again every second. For an address, check the network "
+          "of the host and `modbus_server.address`",
           "1 hour"};
     case BoxAlarm::certificate_expires:
       return {"A certificate expires within 14 days",
               "After that, browsers and servers refuse the box", "Renew the named certificate",
               "1 week"};
+    case BoxAlarm::disk_writes:
+      return {
+          "The daemon has written more in the last hour than `recording.write_budget_mb` allows",
+          "An SD card or eMMC wears out before its time",
+          "Raise `recording.sync`, or `sample_time` of the loops. Record fewer loops. Raise the "
+          "budget if the disk can take it",
+          "1 week"};
     case BoxAlarm::records_dropped: break;
   }
   return {"The disk is too slow for the records, or the box is too busy",

@@ -9,6 +9,7 @@
 //   certificate_expires  a certificate ends within 14 days
 //   records_dropped      recorder or monitor was too slow, and cycles are missing in records or
 //                        windows
+//   disk_writes          the daemon writes more per day than its budget
 //
 // A condition is raised after it was found without a break for its on-delay. It clears after it was
 // absent for kOffDelay_ms. A finding without a value leaves the condition as it is and restarts
@@ -43,20 +44,23 @@ enum class BoxAlarm : std::uint8_t {
   feeder_lost,
   service_failed,
   certificate_expires,
-  records_dropped
+  records_dropped,
+  disk_writes
 };
 inline constexpr std::array kBoxAlarms{BoxAlarm::disk_full,           BoxAlarm::clock_stepped,
                                        BoxAlarm::feeder_lost,         BoxAlarm::service_failed,
-                                       BoxAlarm::certificate_expires, BoxAlarm::records_dropped};
+                                       BoxAlarm::certificate_expires, BoxAlarm::records_dropped,
+                                       BoxAlarm::disk_writes};
 inline constexpr std::size_t kBoxAlarmCount = kBoxAlarms.size();
 
 constexpr std::size_t index_of(BoxAlarm kind) noexcept { return static_cast<std::size_t>(kind); }
 constexpr const char* to_text(BoxAlarm kind) noexcept {
-  return numeric::enum_name<BoxAlarm::records_dropped>(
+  return numeric::enum_name<BoxAlarm::disk_writes>(
       kind, {"disk_full", "clock_stepped", "feeder_lost", "service_failed", "certificate_expires",
-             "records_dropped"});
+             "records_dropped", "disk_writes"});
 }
 constexpr Priority usual_priority(BoxAlarm kind) noexcept {
+  if (kind == BoxAlarm::disk_writes) return Priority::low;
   return kind == BoxAlarm::disk_full ? Priority::high : Priority::medium;
 }
 AlarmGuide guide_of(BoxAlarm kind) noexcept;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Segment files truncated or changed at any place by a power failure or a bad disk.
 #include <algorithm>
+#include <array>
 #include <catch2/catch.hpp>
 #include <cstring>
 #include <filesystem>
@@ -54,6 +55,8 @@ void write(const std::filesystem::path& folder, const std::vector<RecordRow>& ro
     writer.append({rows.data() + at, piece});
     at += piece;
   }
+  const std::array<SegmentWriter*, 1> all{&writer};
+  SegmentWriter::sync_all(all);
   require(writer.status().rows == rows.size(), "every row is on the disk");
 }
 

@@ -35,6 +35,7 @@ protocol::Status status_of(DaemonClient& daemon) {
 void print_once(const protocol::Status& status, const std::string& loop) {
   const std::size_t selected = loop.empty() ? status.loops.size() : loop_index(status.loops, loop);
   fmt::print("{}\n", daemon_line(status));
+  if (const std::string line = writes_line(status.daemon); !line.empty()) fmt::print("{}\n", line);
   for (const std::string& line : disk_troubles(status.daemon)) {
     fmt::print("{}\n", coloured(line, Colour::red));
   }
@@ -53,6 +54,8 @@ std::string page(const protocol::Status& status, std::size_t selected, const pro
                          ? coloured(daemon_line(status), Colour::bold)
                          : coloured(trouble + "; last values; trying again", Colour::red);
   text += "\n";
+  const std::string writes = writes_line(status.daemon);
+  if (!writes.empty()) text += writes + "\n";
   const std::vector<std::string> troubles = disk_troubles(status.daemon);
   for (const std::string& line : troubles) text += coloured(line, Colour::red) + "\n";
   text += "\n";
@@ -67,7 +70,7 @@ std::string page(const protocol::Status& status, std::size_t selected, const pro
   }
   text += "\n";
   const protocol::LoopStatus& loop = status.loops.at(selected);
-  const int used = static_cast<int>(shown + troubles.size()) + 9;
+  const int used = static_cast<int>(shown + troubles.size()) + (writes.empty() ? 9 : 10);
   for (const std::string& line :
        trend_view(loop, trend, window_s, size.columns, size.rows - used)) {
     text += line + "\n";

@@ -36,8 +36,9 @@ class DaemonClient final : public protocol::Daemon {
  public:
   static constexpr const char* kDefaultSocket = "/run/loopwardend/control.sock";
 
-  // Throws std::runtime_error if no daemon answers on the socket.
-  explicit DaemonClient(const std::string& socket_path) : client_(socket_path) {}
+  // Throws std::runtime_error if no daemon answers on the socket. Without permission, the text
+  // names the group that has it and the command that adds this user.
+  explicit DaemonClient(const std::string& socket_path);
 
   // Throws DaemonRefused with the daemon's text, or std::runtime_error without an answer.
   nlohmann::json ask(const nlohmann::json& request) override;

@@ -240,6 +240,16 @@ std::string daemon_line(const protocol::Status& status) {
   return line;
 }
 
+std::string writes_line(const protocol::DaemonStatus& daemon) {
+  const protocol::RecorderStatus& recorder = daemon.recorder;
+  if (!std::isfinite(recorder.written_mb_per_day)) return {};
+  const std::string line =
+      fmt::format("disk  {:.0f} MB a day written, budget {:.0f} MB  rows every {:g} s",
+                  recorder.written_mb_per_day, recorder.write_budget_mb_per_day, recorder.sync_s);
+  const bool above = recorder.written_mb_per_day > recorder.write_budget_mb_per_day;
+  return coloured(line, above ? Colour::yellow : Colour::grey);
+}
+
 std::vector<std::string> disk_troubles(const protocol::DaemonStatus& daemon) {
   std::vector<std::string> lines;
   const auto look = [&](const char* what, const auto& disk) {

@@ -194,7 +194,8 @@ std::string alarm_words(const std::string& alarm) {
       {"clock_stepped", "System clock changed"},
       {"service_failed", "Service failed"},
       {"certificate_expires", "Certificate expires soon"},
-      {"records_dropped", "Samples missing in records"}};
+      {"records_dropped", "Samples missing in records"},
+      {"disk_writes", "More disk writes than the budget"}};
   const auto known = kWords.find(alarm);
   if (known != kWords.end() || alarm.empty()) return known == kWords.end() ? "" : known->second;
   std::string words = base::in_words(alarm);

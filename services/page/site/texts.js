@@ -71,7 +71,7 @@ const en = {
     output_unknown: 'Output position unknown', not_normal_mode: 'Not in its normal mode', enable_open: 'Enable open', source_lost: 'Source lost', deviation: 'PV deviates from set point',
     pv_high_high: 'PV far too high', pv_high: 'PV high', pv_low: 'PV low', pv_low_low: 'PV far too low', rate_of_change: 'PV changes too fast',
     disk_full: 'Disk full', clock_stepped: 'System clock changed', feeder_lost: 'Feeder lost', service_failed: 'Service failed',
-    certificate_expires: 'Certificate expires soon', records_dropped: 'Samples missing in records', no_longer_as_commissioned: 'No longer as commissioned'},
+    certificate_expires: 'Certificate expires soon', records_dropped: 'Samples missing in records', disk_writes: 'More disk writes than the budget', no_longer_as_commissioned: 'No longer as commissioned'},
   causes: {valve: 'the valve', process: 'the process', transmitter: 'the transmitter', disturbance: 'a disturbance', controller: 'the controller', unknown: 'not yet known'},
   alarmStates: {normal: 'normal', unacknowledged: 'unacknowledged', acknowledged: 'acknowledged',
     returned_unacknowledged: 'cleared, unacknowledged', latched_unacknowledged: 'latched, unacknowledged',

@@ -27,7 +27,8 @@ using nlohmann::json;
 const std::string kLoop = config::test::kLoopHead + "io: {backend: simulated, model: ../m.yaml}\n";
 
 struct Bench {
-  Bench() : historian(loops, state.path()) {
+  Bench()
+      : historian(loops, {.state_directory = state.path(), .sync = std::chrono::milliseconds(0)}) {
     write("loopwardend.yaml", "log_level: info\n");
     write("loops.d/a.yaml", kLoop);
     files.write("m.yaml", config::test::kModel);

@@ -35,7 +35,7 @@ struct Console {
   explicit Console(const console::Rights& rights = {},
                    control::OutputAction start = control::OutputAction::go_to(40.0),
                    bool recorded = false)
-      : historian(loops, folder.path()) {
+      : historian(loops, {.state_directory = folder.path(), .sync = std::chrono::milliseconds(0)}) {
     LoopRuntime loop;
     loop.config.name = "FIC-101";
     loop.config.pv_unit = "L/min";

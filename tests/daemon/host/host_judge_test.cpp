@@ -25,7 +25,9 @@ BoxLook healthy(std::int64_t monotonic_ms) {
   return {.monotonic_ms = monotonic_ms,
           .utc_ms = kStart_ms + monotonic_ms,
           .disk = host::DiskLook{.room_bytes = 1'000'000'000},
-          .failed_services = std::vector<std::string>{}};
+          .failed_services = std::vector<std::string>{},
+          .writes = {.bytes = 1'000, .per_day_b = 1e6, .full_hour = true},
+          .write_budget_b = 1e6};
 }
 
 // Makes a self-signed certificate.
@@ -108,8 +110,36 @@ TEST_CASE("feeders and services are named; without systemd no service is reporte
   const BoxReport report = judge.judge(look);
   CHECK(why(report, BoxAlarm::feeder_lost) == "opcua, mqtt");
   CHECK(why(report, BoxAlarm::service_failed) == "loopwarden-page.service");
+  HostJudge without_systemd;
   look.failed_services.reset();
-  CHECK_FALSE(judge.judge(look).found[index_of(BoxAlarm::service_failed)]);
+  CHECK_FALSE(without_systemd.judge(look).found[index_of(BoxAlarm::service_failed)]);
+}
+
+TEST_CASE("a service that fails again and again is reported while it runs in between", "[box]") {
+  HostJudge judge;
+  BoxLook look = healthy(0);
+  look.failed_services = {"loopwarden-page.service"};
+  CHECK(on(judge.judge(look), BoxAlarm::service_failed));
+  CHECK(why(judge.judge(healthy(19'999)), BoxAlarm::service_failed) == "loopwarden-page.service");
+  CHECK_FALSE(on(judge.judge(healthy(20'000)), BoxAlarm::service_failed));
+}
+
+TEST_CASE("if systemd runs and can't be asked about configured services, this is reported",
+          "[box]") {
+  HostJudge judge;
+  BoxLook look = healthy(0);
+  look.failed_services.reset();
+  look.has_services = true;
+  CHECK_THAT(why(judge.judge(look), BoxAlarm::service_failed), Catch::Contains("package dbus"));
+  CHECK(on(judge.judge(look), BoxAlarm::service_failed));
+}
+
+TEST_CASE("parts of the daemon that failed are named with their reason", "[box]") {
+  HostJudge judge;
+  BoxLook look = healthy(0);
+  look.failed_parts = {"control.sock: no room", "feed.sock: no room"};
+  CHECK(why(judge.judge(look), BoxAlarm::service_failed) ==
+        "control.sock: no room, feed.sock: no room");
 }
 
 TEST_CASE("a missing address of the Modbus server is reported, also without systemd", "[box]") {
@@ -133,6 +163,17 @@ TEST_CASE("cycles that were dropped before the start are not reported", "[box]")
   look = healthy(606'000);
   look.dropped = 8;
   CHECK_FALSE(on(judge.judge(look), BoxAlarm::records_dropped));
+}
+
+TEST_CASE("writes above the budget are reported after a whole hour of them", "[box]") {
+  HostJudge judge;
+  BoxLook look = healthy(0);
+  look.writes.per_day_b = 2.5e9;
+  look.write_budget_b = 465e6;
+  CHECK(why(judge.judge(look), BoxAlarm::disk_writes) ==
+        "2500 MB a day in the last hour, the budget is 465 MB");
+  look.writes.full_hour = false;
+  CHECK_FALSE(judge.judge(look).found[index_of(BoxAlarm::disk_writes)]);
 }
 
 TEST_CASE("a certificate that ends within 14 days, has ended, or can't be read", "[box]") {

@@ -44,7 +44,9 @@ constexpr std::size_t kQueue = 64;  // rows: the smallest possible
 // A recorded loop, with all its threads except the real-time one.
 struct Bench {
   explicit Bench(const std::string& pipe = {})
-      : historian(loops, RecorderSettings{.state_directory = folder.path(), .queue_bytes = 0}) {
+      : historian(loops, RecorderSettings{.state_directory = folder.path(),
+                                          .sync = milliseconds(0),
+                                          .queue_bytes = 0}) {
     if (!pipe.empty()) REQUIRE(::mkfifo((folder / pipe).c_str(), 0600) == 0);
     LoopRuntime loop;
     loop.config.name = "FIC-101";
@@ -355,6 +357,7 @@ TEST_CASE(
                               },
                           .dropped = [&] { return dropped++; },
                           .missing_address = [] { return std::string(); },
+                          .failed_parts = [] { return std::vector<std::string>{}; },
                           .period = milliseconds(20)},
                          bench.box_alarms);
   const auto on = [&](BoxAlarm kind) { return bench.box_alarms.alarms().alarm(kind).active(); };

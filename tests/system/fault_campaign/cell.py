@@ -159,6 +159,7 @@ class Cell:
 
     def write_config(self):
         text = (f"runtime_directory: {self.folder}\nstate_directory: {self.folder}/state\n"
+                "recording: {sync: 1}\n"
                 f"modbus_server:\n  port: {self.modbus_port}\n  writes: true\n"
                 "  clients: [{peer: 127.0.0.1, writes: true}]\n"
                 f"  master_heartbeat: {{timeout: {HEARTBEAT_S}, action: report}}\nlinks:\n")

@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <iterator>
+#include <unistd.h>
 #include <nlohmann/json.hpp>
 #include <string>
 
@@ -156,6 +157,28 @@ TEST_CASE("without a daemon, top and set report it and end with 74") {
   CHECK(top.exit_code == 74);
   CHECK(top.text.find("no daemon answers at /nonexistent.sock") != std::string::npos);
   CHECK(loopwarden("set FIC-101 --sp 5 --socket /nonexistent.sock").exit_code == 74);
+}
+
+TEST_CASE(
+    "without permission for the socket, the group and the command that adds the user are named") {
+  const TemporaryFolder folder;
+  const std::filesystem::path closed = folder / "closed";
+  std::filesystem::create_directory(closed);
+  std::filesystem::permissions(closed, std::filesystem::perms::none);
+  // Root may always connect.
+  const std::string as_user =
+      ::geteuid() == 0 ? "setpriv --reuid=65534 --regid=65534 --clear-groups " : "";
+  std::filesystem::permissions(folder.path(), std::filesystem::perms(0755));
+  const auto top = [&](const char* socket) {
+    return run(as_user + LOOPWARDEN_CLI " top --once --socket " + (closed / socket).string() +
+               " 2>&1");
+  };
+  const ShellOutcome control = top("control.sock");
+  CHECK(control.exit_code == 74);
+  CHECK_THAT(control.text, Catch::Contains(" loopwardend`, then log in again"));
+  CHECK_THAT(control.text, Catch::Contains("sudo adduser"));
+  CHECK_THAT(top("status.sock").text, Catch::Contains("group loopwarden-status have it"));
+  std::filesystem::permissions(closed, std::filesystem::perms(0700));
 }
 
 }  // namespace

@@ -114,6 +114,13 @@ TEST_CASE("a loop with an unknown output is not shown as running", "[workbench][
   CHECK(line.find("ok") == std::string::npos);
 }
 
+TEST_CASE("the writes to the disk are shown with their budget once they are known") {
+  protocol::DaemonStatus daemon;
+  CHECK(writes_line(daemon).empty());
+  daemon.recorder = {.sync_s = 60.0, .written_mb_per_day = 171.4, .write_budget_mb_per_day = 465.0};
+  CHECK(writes_line(daemon) == "disk  171 MB a day written, budget 465 MB  rows every 60 s");
+}
+
 TEST_CASE("data that does not reach the disk is reported with the reason", "[workbench][top]") {
   protocol::DaemonStatus daemon;
   CHECK(disk_troubles(daemon).empty());
