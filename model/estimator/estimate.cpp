@@ -21,6 +21,8 @@ using effects::Block;
 constexpr double kEndQuantile = 0.01;      // where the ends of PV are taken
 constexpr double kLeastMovement = 0.005;   // of the CO span: a valve that moves less shows nothing
 constexpr double kAsGood = 1.15;           // of the least error on the fitted part
+constexpr double kEqual = 1.0;             // nats
+constexpr double kNearlyAll = 0.8;         // of what is left, for a further effect
 constexpr double kVisible = 1.5;           // of the floor: a larger error is a visible gap
 constexpr double kSpike = 8.0;             // noise of a sample, beyond what the process can do
 constexpr std::size_t kLongestSpike = 12;  // samples
@@ -305,6 +307,15 @@ class Estimator {
         break;
       }
     }
+    // Of two that fit equally well, the simpler one.
+    for (const Fit& fit : fits) {
+      if (fit.hypothesis.terms().size() == chosen->hypothesis.terms().size() &&
+          fit.hypothesis.named() == chosen->hypothesis.named() &&
+          fit.hypothesis.parameters() < chosen->hypothesis.parameters() &&
+          fit.score > chosen->score - kEqual) {
+        return fit;
+      }
+    }
     return *chosen;
   }
 
@@ -328,14 +339,15 @@ class Estimator {
     return lead_t(more, less) > kLimits.least_t;
   }
 
-  // A further effect closes a share of the gap that matters.
+  // A further effect closes a share of the gap that matters, or nearly all that is left.
   bool more_closed(const Fit& more, const Fit& less) const {
     if (less.hypothesis.terms().empty()) return true;
     const double a = errors_of(run_of(representative(more))).training;
     const double b = errors_of(run_within(representative(less))).training;
     const double base = errors_of(base_run()).training;
-    return b * b - a * a >=
-           kLimits.least_share * std::max(0.0, base * base - noise_rms_ * noise_rms_);
+    const double noise = noise_rms_ * noise_rms_;
+    return b * b - a * a >= std::min(kLimits.least_share * std::max(0.0, base * base - noise),
+                                     kNearlyAll * std::max(0.0, b * b - noise));
   }
 
   // The law of a fit without slips by PV, searched near its posterior.
