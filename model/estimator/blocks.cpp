@@ -40,6 +40,29 @@ void Blocks::average(std::span<const double> signal, std::span<double> means) co
   }
 }
 
+Observed without_spikes(Observed observed, double least, std::size_t longest) {
+  const std::vector<double>& pv = observed.pv;
+  double before = pv[0];  // last sample that counts
+  for (std::size_t k = 1; k < pv.size(); ++k) {
+    if (!observed.used[k]) continue;
+    const double jump = pv[k] - before;
+    if (std::abs(jump) > least) {
+      const std::size_t last = std::min(pv.size() - 1, k + longest);
+      std::size_t end = k + 1;
+      while (end <= last &&
+             (!observed.used[end] || std::abs(pv[end] - before) > 0.5 * std::abs(jump))) {
+        ++end;
+      }
+      if (end <= last) {
+        for (std::size_t i = k; i < end; ++i) observed.used[i] = false;
+        k = end;
+      }
+    }
+    before = pv[k];
+  }
+  return observed;
+}
+
 std::size_t block_length(double time_constant_s, double period_s, std::size_t samples) {
   const double wanted = kLimits.block_share * time_constant_s / period_s;
   const std::size_t most = std::max<std::size_t>(1, samples / kLimits.fewest_blocks);

@@ -61,6 +61,10 @@ class Blocks {
   std::vector<double> noise_;   // PV units squared
 };
 
+// The record without its spikes: excursions of PV of up to `longest` samples that start with a jump
+// of more than `least`, PV units. A longer one is a disturbance.
+Observed without_spikes(Observed observed, double least, std::size_t longest);
+
 // Samples per block for a loop of this time constant.
 std::size_t block_length(double time_constant_s, double period_s, std::size_t samples);
 

@@ -15,6 +15,7 @@ namespace {
 constexpr std::size_t kPolished = 7;  // singles that are searched again
 constexpr std::size_t kParents = 5;   // singles from which pairs grow
 constexpr std::size_t kChildren = 3;  // pairs of each that are searched
+constexpr std::size_t kByLaw = 2;     // sticking hypotheses that are searched by law
 constexpr double kParentLead = 8.0;   // nats above the model
 constexpr double kChildLead = 3.0;    // nats above the parent, at the first tries
 
@@ -60,7 +61,7 @@ class Competitors {
 
   Competition add() {
     add_singles();
-    search_again(2, 400.0);
+    search_again(2, 400.0, 1);
     return std::move(out_);
   }
 
@@ -69,12 +70,14 @@ class Competitors {
     say(0.1);
     add_singles();
     say(0.45);
-    search_again(kPolished, 400.0);
+    search_again(kPolished, 400.0, 1);
     stick_from_backlash();
+    stick_by_law(1);
     say(0.7);
     for (std::size_t effects = 2; effects <= most_effects; ++effects) {
       if (!grow(effects)) break;
-      search_again(3, 60.0);
+      search_again(4, 60.0, effects);
+      stick_by_law(effects);
       step_back();
       say(1.0 - 0.3 / static_cast<double>(effects));
     }
@@ -148,7 +151,7 @@ class Competitors {
 
   void add_none() {
     Hypothesis none(likelihood_.loop(), {});
-    search_all({{none, {}, {.members = 64, .moves = 2, .first = 8}, 0}});
+    search_all({{none, {}, {.members = 64, .moves = 2, .first = 8, .climbs = 100}, 0}});
   }
 
   // Coordinates of `child` that `parent` has too, at their places in `child`.
@@ -246,11 +249,12 @@ class Competitors {
     search_all(tasks);
   }
 
-  void search_again(std::size_t most, double within) {
+  // The best `most` hypotheses with so many effects, from their own posterior.
+  void search_again(std::size_t most, double within, std::size_t effects) {
     std::vector<Task> tasks;
     for (const Fit& fit : out_.fits) {
       if (tasks.size() >= most || fit.score < out_.fits.front().score - within) break;
-      if (fit.hypothesis.terms().empty()) continue;
+      if (fit.hypothesis.terms().size() != effects) continue;
       Start start = Start::around(fit.population.members, fit.population.best, 2.5, 0.02, 0.8);
       const Layout& layout = fit.hypothesis.layout();
       if (fit.hypothesis.has_valve()) {
@@ -259,9 +263,12 @@ class Competitors {
               std::max(start.deviation[layout.actuator + i], 0.3);
         }
       }
-      const std::size_t members = fit.hypothesis.jumps() ? 128 : 64;
-      tasks.push_back(
-          {fit.hypothesis, std::move(start), {members, 2, 2}, 10 + fit.hypothesis.terms().size()});
+      const bool sticks = fit.hypothesis.sticking() != Hypothesis::npos;
+      const std::size_t members = sticks ? 128 : fit.hypothesis.jumps() ? 96 : 64;
+      tasks.push_back({fit.hypothesis,
+                       std::move(start),
+                       {members, 2, 2, sticks ? std::size_t{200} : std::size_t{80}},
+                       10 + fit.hypothesis.terms().size()});
     }
     search_all(tasks);
   }
@@ -282,9 +289,24 @@ class Competitors {
       start.deviation[0] = 0.03;
       start.mean[1] = 0.1;
       start.deviation[1] = 0.15;
-      search_all({{std::move(sticks), std::move(start), {64, 2, 3}, 5, true}});
+      search_all({{std::move(sticks), std::move(start), {64, 2, 3, 100}, 5, true}});
       return;
     }
+  }
+
+  // Sticking hypotheses, with every slip by the law, from where slips by PV led. A friction that
+  // hardly varies is a needle in the likelihood, which is found from there only.
+  void stick_by_law(std::size_t effects) {
+    std::vector<Task> tasks;
+    for (const Fit& fit : out_.fits) {
+      if (tasks.size() >= kByLaw) break;
+      if (fit.hypothesis.terms().size() != effects) continue;
+      if (fit.hypothesis.sticking() == Hypothesis::npos) continue;
+      if (fit.score < out_.none().score + kParentLead) break;
+      Start start = Start::around(fit.population.members, fit.population.best, 1.5, 0.02, 1.0);
+      tasks.push_back({fit.hypothesis, std::move(start), {96, 2, 3, 150}, 6, true});
+    }
+    search_all(tasks);
   }
 
   // Adds hypotheses with one effect more than the best of `effects` - 1. Returns whether any is
@@ -390,7 +412,9 @@ class Competitors {
     start.mean = best;
     for (double& deviation : start.deviation) deviation = std::min(deviation, 0.15);
     start.deviation[layout.error] = start.deviation[layout.error + 1] = 0.3;
-    out.task = Task{std::move(child), std::move(start), {72, 2, 2}, 4};
+    const bool sticks = child.sticking() != Hypothesis::npos;
+    const Effort effort = sticks ? Effort{72, 2, 2, 100} : Effort{48, 1, 3, 50};
+    out.task = Task{std::move(child), std::move(start), effort, 4};
     out.evaluations = work.evaluations;
     return out;
   }
@@ -409,7 +433,7 @@ class Competitors {
         Start start = from_parent(whole, without, 0.85);
         tasks.push_back({std::move(without),
                          std::move(start),
-                         {64, 2, 2},
+                         {64, 2, 2, 100},
                          static_cast<std::uint64_t>(20 + round)});
       }
       search_all(tasks);

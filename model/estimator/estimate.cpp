@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <optional>
 
 #include "model/estimator/constants.hpp"
@@ -16,10 +17,13 @@ namespace {
 
 using effects::Block;
 
-constexpr double kEndQuantile = 0.01;     // where the ends of PV are taken
-constexpr double kLeastMovement = 0.005;  // of the CO span: a valve that moves less shows nothing
-constexpr double kAsGood = 1.15;          // of the least error on the fitted part
-constexpr double kLeastEffect = 0.0015;   // of the PV span: a smaller effect does not matter
+constexpr double kEndQuantile = 0.01;      // where the ends of PV are taken
+constexpr double kLeastMovement = 0.005;   // of the CO span: a valve that moves less shows nothing
+constexpr double kAsGood = 1.15;           // of the least error on the fitted part
+constexpr double kVisible = 1.5;           // of the floor: a larger error is a visible gap
+constexpr double kSpike = 8.0;             // noise of a sample, beyond what the process can do
+constexpr std::size_t kLongestSpike = 12;  // samples
+constexpr double kLeastEffect = 0.0015;    // of the PV span: a smaller effect does not matter
 
 // Linear dynamics and curves: a model that does not know the process can't lack them.
 bool changes_process(const Candidate& c) {
@@ -88,13 +92,13 @@ class Estimator {
  public:
   Estimator(const Observed& observed, const plant::LoopModel& model, const Options& options,
             const numeric::ParallelFor& parallel)
-      : observed_(observed),
-        loop_(plant::without_noise(model), options.level_known, options.largest_disturbance),
+      : loop_(plant::without_noise(model), options.level_known, options.largest_disturbance),
         fitted_(observed.pv.size() * 2 / 3),
         noise_rms_(noise_of(observed, fitted_, model.transmitter.resolution, loop_.pv_span)),
+        observed_(without_spikes(observed, fastest_pv() + kSpike * noise_rms_, kLongestSpike)),
         run_(loop_, observed.co),
-        slips_(find_slips(observed, loop_, fitted_, noise_rms_)),
-        likelihood_(loop_, run_, observed, fitted_, noise_rms_, slips_),
+        slips_(find_slips(observed_, loop_, fitted_, noise_rms_)),
+        likelihood_(loop_, run_, observed_, fitted_, noise_rms_, slips_),
         parallel_(parallel) {
     const std::vector<Candidate> catalogue =
         catalogue_for(observed, loop_, likelihood_.blocks(), options);
@@ -103,7 +107,12 @@ class Estimator {
     const bool learns = std::find(options.without.begin(), options.without.end(), "learned") ==
                         options.without.end();
     if (learns) {
-      unnamed_ = unnamed_laws(catalogue, duration_s, loop_.pv_span / loop_.co_span);
+      const auto end = observed.co.begin() + static_cast<std::ptrdiff_t>(fitted_);
+      const auto [low, high] = std::minmax_element(observed.co.begin(), end);
+      unnamed_ = unnamed_laws(catalogue, duration_s,
+                              {.pv_over_co = loop_.pv_span / loop_.co_span,
+                               .co_low = loop_.model.has_valve ? *low : 0.0,
+                               .co_high = loop_.model.has_valve ? *high : 0.0});
     }
     competition_ =
         compete(likelihood_, named_, slips_, options.most_effects, parallel, options.progress);
@@ -117,7 +126,18 @@ class Estimator {
     out.adjusted = corrected(within(competition_.none()));
     drop_idle(out.pv_before);
     Fit chosen = judged(out);
-    if (!explained(out, chosen) && !unnamed_.empty()) {
+    // A single name competes with its own law at other places and times; if no name explains the
+    // record, all such laws do.
+    const Hypothesis& first = chosen.hypothesis;
+    const bool all = !explained(out, chosen);
+    if (all || first.terms().size() == 1) {
+      std::vector<Law> others = unnamed_;
+      if (!all) std::erase_if(others, [&](const Law& l) { return !first.contains(l.name); });
+      unnamed_ = std::move(others);
+    } else {
+      unnamed_.clear();
+    }
+    if (!unnamed_.empty()) {
       add_laws(competition_, likelihood_, unnamed_, slips_, parallel_);
       drop_idle(out.pv_before);
       chosen = judged(out);
@@ -149,6 +169,14 @@ class Estimator {
   }
 
  private:
+  // The most that PV can move within a sample if the stem jumps along its whole travel, PV units.
+  double fastest_pv() const noexcept {
+    const plant::ProcessParameters& p = loop_.model.process;
+    const double gain = std::abs(p.gain) * loop_.co_span * loop_.model.sample_time_s;
+    if (p.integrating()) return gain;
+    return gain / (p.time_constant_s * (loop_.wide ? loop_.time_factor.low : 1.0));
+  }
+
   Errors errors_of(const std::vector<double>& pv) const {
     const auto rms = [&](std::size_t begin, std::size_t end) {
       double sum = 0.0;
@@ -266,6 +294,7 @@ class Estimator {
       const double lead = effects == 1 ? kLimits.first_lead : kLimits.further_lead;
       for (const Fit& fit : fits) {
         if (fit.hypothesis.terms().size() != effects) continue;
+        if (!fit.hypothesis.named() && shadows_name(fit)) continue;
         if (fit.score > chosen->score + lead && shown_throughout(fit, *chosen) &&
             more_closed(fit, *chosen)) {
           chosen = &fit;
@@ -274,6 +303,15 @@ class Estimator {
       }
     }
     return *chosen;
+  }
+
+  // A law without a name counts only if it is clearly better than every name.
+  bool shadows_name(const Fit& unnamed) const {
+    return std::any_of(competition_.fits.begin(), competition_.fits.end(), [&](const Fit& fit) {
+      return fit.hypothesis.named() && fit.hypothesis.terms().size() == 1 &&
+             (fit.score > unnamed.score - kLimits.further_lead ||
+              lead_t(unnamed, fit) <= kLimits.least_t);
+    });
   }
 
   // The lead of a further effect is not that of one part of the record, unless the effect is: a
@@ -298,14 +336,28 @@ class Estimator {
   }
 
   // The law of a fit without slips by PV, searched near its posterior.
-  Fit representative(const Fit& fit) const {
+  const Fit& representative(const Fit& fit) const {
     if (!fit.hypothesis.jumps()) return fit;
+    const std::pair key{fit.hypothesis.title(), fit.log_likelihood()};
+    const auto known = representatives_.find(key);
+    if (known != representatives_.end()) return known->second;
+    return representatives_.emplace(key, find_representative(fit)).first->second;
+  }
+
+  Fit find_representative(const Fit& fit) const {
     Hypothesis law = fit.hypothesis.law_only();
     Start start = Start::around(fit.population.members, fit.population.best, 1.5, 0.02, 1.0);
     start.mean = fit.hypothesis.without_slips(std::move(start.mean));
     start.deviation = fit.hypothesis.without_slips(std::move(start.deviation));
     Likelihood::Work work;
-    Fit out{law, search(likelihood_, law, start, {96, 2, 3}, 11, work), {}, fit.score};
+    Fit out{law, fit.population, {}, fit.score};
+    if (fit.hypothesis.at(fit.population.top().z).jitter > 0.0) {
+      out.population = search(likelihood_, law, start, {96, 2, 3}, 11, work);
+    } else {
+      for (Member& m : out.population.members) {
+        m.z = fit.hypothesis.without_slips(std::move(m.z));
+      }
+    }
     // Of members that fit as well, the middle one on the last third: the best of many there would
     // be chosen by what is to prove it.
     std::vector<std::pair<Errors, std::size_t>> left;
@@ -334,10 +386,10 @@ class Estimator {
   // without a name explains it, and not at its upper limit.
   double floor_of(const Fit& fit, double with_flexible) const {
     const double returns_s = std::min(300.0, likelihood_.blocks().duration_s());
-    const double intensity = std::min(size_of(fit).disturbance, with_flexible);
-    const double largest = loop_.largest_disturbance;
+    const double own = size_of(fit).disturbance;
+    const bool at_limit = own > 0.99 * loop_.largest_disturbance;
     const double disturbance =
-        intensity < 0.99 * largest ? intensity * std::sqrt(0.5 * returns_s) : 0.0;
+        at_limit ? 0.0 : std::min(own, with_flexible) * std::sqrt(0.5 * returns_s);
     return std::hypot(noise_rms_, disturbance);
   }
 
@@ -360,10 +412,14 @@ class Estimator {
     return likelihood_.errors().size_at(likelihood_.errors().index(point.disturbance, point.law));
   }
 
-  // Whether the last third contradicts the names: they close less than half of a gap of
-  // more than two floors, or make a smaller one larger by more than the floor.
+  // Whether the record contradicts the names: they close hardly anything on the fitted part, or
+  // less than half of a gap of more than two floors on the last third, or make a smaller one larger
+  // by more than the floor.
   bool refuted(const Estimate& out) const {
     const double before = out.before.holdout;
+    const double fitted = std::pow(out.before.training, 2.0);
+    const double gap = std::max(0.0, fitted - std::pow(kVisible * out.floor, 2.0));
+    if (fitted - std::pow(out.after.training, 2.0) < kLimits.least_fitted * gap) return true;
     if (before > 2.0 * out.floor) {
       return closed(before, out.with_slips) < kLimits.least_closed;
     }
@@ -375,6 +431,7 @@ class Estimator {
     return left <= kLimits.floors * floor || left <= kLeastEffect * loop_.pv_span;
   }
   bool explained(const Estimate& out, const Fit& fit) const {
+    if (out.flexible_lead > kLimits.flexible_lead) return false;
     if (fit.hypothesis.terms().empty()) {
       return within(std::max(out.before.training, out.before.holdout), out.floor);
     }
@@ -404,6 +461,9 @@ class Estimator {
         found.spec.name = "learned";
         found.confidence = std::min(found.confidence, kLimits.most_learned);
       }
+      if (out.flexible_lead > kLimits.further_lead) {
+        found.confidence = std::min(found.confidence, kLimits.most_with_flexible);
+      }
       // Only the law's own error explains what is left, or the process is not known.
       if (loop_.wide || !within(out.after.holdout, out.floor)) {
         found.confidence = std::min(found.confidence, kLimits.most_inexact);
@@ -420,10 +480,10 @@ class Estimator {
                           fit.solution.solved(fit.hypothesis, likelihood_.fixed()));
   }
 
-  const Observed& observed_;
   LoopFacts loop_;
   std::size_t fitted_;
   double noise_rms_;
+  Observed observed_;
   LoopRun run_;
   Slips slips_;
   Likelihood likelihood_;
@@ -431,6 +491,7 @@ class Estimator {
   std::vector<Law> named_;
   std::vector<Law> unnamed_;
   Competition competition_;
+  mutable std::map<std::pair<std::string, double>, Fit> representatives_;
 };
 
 }  // namespace

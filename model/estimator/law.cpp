@@ -48,6 +48,18 @@ Law in_transmitter(Law law, double pv_over_co) {
   return law;
 }
 
+// A reading that is clipped becomes a stop of the stem.
+Law in_valve(Law law, const Ranges& ranges) {
+  law.block = Block::valve;
+  law.named = false;
+  law.prior_nats += kRarer;
+  law.hides = false;
+  law.words = "stop of the stem";
+  law.search[0].low = ranges.co_low;
+  law.search[0].high = ranges.co_high;
+  return law;
+}
+
 Law at_times(Law law, Law::Timing timing) {
   law.timing = timing;
   law.named = false;
@@ -78,6 +90,7 @@ effects::Schedule Law::schedule(double moment_s) const noexcept {
 }
 
 std::string Law::description() const {
+  if (words != nullptr) return words;
   std::string text = name;
   std::replace(text.begin(), text.end(), '_', ' ');
   const effects::Descriptor* info = effects::find_effect(name);
@@ -96,16 +109,19 @@ std::vector<Law> named_laws(const std::vector<Candidate>& catalogue, double dura
 }
 
 std::vector<Law> unnamed_laws(const std::vector<Candidate>& catalogue, double duration_s,
-                              double pv_over_co) {
+                              const Ranges& ranges) {
   std::vector<Law> laws;
   std::vector<std::string_view> seen;
   for (const Candidate& candidate : catalogue) {
     const std::string_view name = candidate.name;
+    if (candidate.hides && ranges.co_high > ranges.co_low) {
+      laws.push_back(in_valve(law_of(candidate, duration_s), ranges));
+    }
     if (std::find(seen.begin(), seen.end(), name) != seen.end()) continue;
     seen.push_back(name);
     const Law law = law_of(candidate, duration_s);
     if (name == "backlash" || name == "hysteresis" || name == "stiction" || name == "resolution") {
-      laws.push_back(in_transmitter(law, pv_over_co));
+      laws.push_back(in_transmitter(law, ranges.pv_over_co));
     }
     if (name == "backlash" || name == "stiction" || name == "extra_lag" ||
         name == "extra_dead_time" || name == "valve_characteristic") {

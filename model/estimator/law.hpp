@@ -25,8 +25,9 @@ struct Law : effects::Candidate {
     growing  // from nothing at the start to its full size at the end of the fitted part
   };
   Timing timing = Timing::always;
-  bool named = true;        // in the catalogue
-  double duration_s = 0.0;  // of the fitted part
+  bool named = true;            // in the catalogue
+  double duration_s = 0.0;      // of the fitted part
+  const char* words = nullptr;  // of a law at another place; null: from its name
 
   // Searched parameters, with the moment as the last one.
   std::size_t coordinates() const noexcept {
@@ -43,8 +44,12 @@ struct Law : effects::Candidate {
 
 // The effects of the catalogue.
 std::vector<Law> named_laws(const std::vector<Candidate>& catalogue, double duration_s);
-// The same laws at other places and times. `pv_over_co`: PV span over CO span.
+// The same laws at other places and times.
+struct Ranges {
+  double pv_over_co = 1.0;               // PV span over CO span
+  double co_low = 0.0, co_high = 100.0;  // CO units, of the record
+};
 std::vector<Law> unnamed_laws(const std::vector<Candidate>& catalogue, double duration_s,
-                              double pv_over_co);
+                              const Ranges& ranges);
 
 }  // namespace loopwarden::estimator

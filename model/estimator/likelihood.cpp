@@ -246,16 +246,25 @@ double Likelihood::solve(const ErrorFilter& filter, Work& work, Solution* soluti
 
 double Likelihood::of(const Hypothesis& hypothesis, std::span<const double> z, Work& work,
                       Solution* solution) const {
-  ++work.evaluations;
   const Point point = hypothesis.at(z);
   const bool guided = hypothesis.sticking() != Hypothesis::npos && point.jitter > 0.0;
   const bool jitters = hypothesis.jumps() && point.jitter > 0.0;
-  double penalty = 0.0;
-  try {
-    penalty = run_.run(hypothesis, point, blocks_.samples(), guided ? &slips_ : nullptr,
-                       work.columns, jitters ? &work.stem : nullptr);
-  } catch (const effects::EffectError&) {
-    return kImpossible;  // outside what the law accepts
+  // Other sizes of the error need no other free run.
+  const std::span<const double> place = z.first(hypothesis.layout().jitter);
+  const bool same = work.terms == hypothesis.terms() && work.guided == guided &&
+                    std::equal(place.begin(), place.end(), work.place.begin(), work.place.end());
+  if (!same) {
+    ++work.evaluations;
+    work.place.clear();
+    try {
+      work.penalty = run_.run(hypothesis, point, blocks_.samples(), guided ? &slips_ : nullptr,
+                              work.columns, &work.stem);
+    } catch (const effects::EffectError&) {
+      return kImpossible;  // outside what the law accepts
+    }
+    work.terms = hypothesis.terms();
+    work.guided = guided;
+    work.place.assign(place.begin(), place.end());
   }
   collect(hypothesis, point, work);
   const std::size_t index = errors_.index(point.disturbance, point.law);
@@ -279,7 +288,7 @@ double Likelihood::of(const Hypothesis& hypothesis, std::span<const double> z, W
     }
     if (solution != nullptr) *solution = std::move(at);
   }
-  log_likelihood = std::isfinite(log_likelihood) ? log_likelihood - penalty : kImpossible;
+  log_likelihood = std::isfinite(log_likelihood) ? log_likelihood - work.penalty : kImpossible;
   if (solution != nullptr) solution->log_likelihood = log_likelihood;
   return log_likelihood;
 }

@@ -50,8 +50,13 @@ class Likelihood {
   Likelihood(const LoopFacts& loop, const LoopRun& run, const Observed& observed,
              std::size_t samples, double noise_rms, const Slips& slips);
 
-  // Buffers of one thread.
+  // Buffers of one thread, for one Likelihood.
   struct Work {
+    // Of the last free run: coordinates without those of the error, effects, penalty of the slips.
+    std::vector<double> place;
+    Terms terms;
+    bool guided = false;
+    double penalty = 0.0;  // nats
     std::vector<double> columns[3];
     std::vector<double> stem;
     std::vector<std::vector<std::vector<double>>> solved;  // by effect
@@ -60,7 +65,7 @@ class Likelihood {
     std::vector<std::vector<double>> means;                // of the signals over blocks
     Eigen::MatrixXd white;                                 // after the filter; the last one: PV
     const Extra* extra = nullptr;
-    std::size_t evaluations = 0;
+    std::size_t evaluations = 0;  // free runs
   };
   double of(const Hypothesis& hypothesis, std::span<const double> z, Work& work,
             Solution* solution = nullptr) const;

@@ -14,7 +14,6 @@ namespace {
 using effects::Block;
 using effects::EffectSpec;
 
-constexpr double kStep = 1e-3;       // of ln T, for the derivative
 constexpr double kShownStep = 0.02;  // of ln T, through effects that need not be linear
 
 int valve_rank(const EffectSpec& spec) {
@@ -262,20 +261,19 @@ double LoopRun::run(const Hypothesis& hypothesis, const Point& point, std::size_
     behind.process.run(moves, 0.0, h);
   }
 
-  // Process, with the derivatives by differences of its own response. A response with
-  // more dead time is the same signal, one sample later.
-  const plant::ProcessParameters& process = behind.parameters;
-  plant::ProcessParameters slower = process;
-  slower.time_constant_s *= 1.0 + kStep;
-  respond(slower, flow, h, columns[Columns::kLag]);
-  respond(process, flow, h, flow);
+  // Process. The derivative by ln T is z after a further lag T, less z. A response with more dead
+  // time is the same signal, one sample later.
+  respond(behind.parameters, flow, h, flow);
   const std::vector<double>& z = columns[Columns::kGain];
+  std::vector<double>& by_lag = columns[Columns::kLag];
   std::vector<double>& later = columns[Columns::kDeadTime];
-  later.resize(samples);
-  later[0] = 0.0;
-  columns[Columns::kLag][0] = 0.0;
+  by_lag.assign(samples, 0.0);
+  later.assign(samples, 0.0);
+  const double keep = std::exp(-h / behind.parameters.time_constant_s);
+  double lagged = z[0];
   for (std::size_t k = 1; k < samples; ++k) {
-    columns[Columns::kLag][k] = (columns[Columns::kLag][k] - z[k]) / kStep;
+    lagged = keep * lagged + 0.5 * (1.0 - keep) * (z[k] + z[k - 1]);
+    by_lag[k] = behind.parameters.integrating() ? 0.0 : lagged - z[k];
     later[k] = (z[k - 1] - z[k]) / h;
   }
   if (!behind.transmitter.empty()) show(behind.transmitter, columns);

@@ -16,6 +16,7 @@ using numeric::Random;
 
 constexpr int kMostDegrees = 60;
 constexpr int kHalvings = 40;
+constexpr double kUphill = 1e9;       // degree at which only better places are taken
 constexpr double kBetterError = 4.0;  // nats, for a new search with other sizes of the error
 
 // Folds a number back into [0, 1].
@@ -61,10 +62,11 @@ class Search {
       degree = i + 1 == kMostDegrees ? 1.0 : next_degree(degree, i == 0);
       for (int move = 0; move < effort_.moves; ++move) move_all(degree, move);
     }
-    Population out{std::move(members_), 0};
+    Population out{members_, 0};
     for (std::size_t i = 1; i < out.members.size(); ++i) {
       if (out.members[i].log_likelihood > out.top().log_likelihood) out.best = i;
     }
+    climb(out.members[out.best]);
     return out;
   }
 
@@ -114,8 +116,8 @@ class Search {
     return std::min(1.0, degree + by);
   }
 
-  void move_all(double degree, int round) {
-    constexpr std::array<double, 3> kScales{1.0, 0.4, 0.12};
+  // Covariance of the members, as a factor.
+  Eigen::MatrixXd spread() const {
     const auto size = static_cast<Eigen::Index>(hypothesis_.layout().size);
     Eigen::VectorXd mean = Eigen::VectorXd::Zero(size);
     for (const Member& m : members_) {
@@ -128,18 +130,52 @@ class Search {
       covariance.noalias() += d * d.transpose() / static_cast<double>(members_.size());
     }
     covariance.diagonal().array() += 1e-10;
-    const Eigen::LLT<Eigen::MatrixXd> factor(covariance);
+    return covariance.llt().matrixL();
+  }
+
+  // Random steps uphill. Hypotheses compete by their best likelihood, from which the best of few
+  // members is some nats away, by chance.
+  void climb(Member& best) {
+    constexpr double kLonger = 1.5, kShorter = 0.93, kShortest = 0.01;
+    const Eigen::MatrixXd factor = spread();
+    const auto size = static_cast<Eigen::Index>(hypothesis_.layout().size);
+    double scale = 0.3;
+    for (std::size_t step = 0; step < effort_.climbs; ++step) {
+      Eigen::VectorXd normal(size);
+      for (Eigen::Index i = 0; i < size; ++i) normal(i) = random_.normal();
+      // Every other step along one coordinate.
+      const auto only = static_cast<Eigen::Index>(below(random_, best.z.size()));
+      const Eigen::VectorXd move = factor * normal;
+      std::vector<double> z = best.z;
+      for (Eigen::Index i = 0; i < size; ++i) {
+        if (step % 2 == 1 && i != only) continue;
+        double& at = z[static_cast<std::size_t>(i)];
+        at = reflect(at + scale * move(i));
+      }
+      if (moves_to(best, std::move(z), kUphill)) {
+        scale *= kLonger;
+        moves_to(best, other_error(best.z), kUphill);
+      } else {
+        scale = std::max(kShortest, scale * kShorter);
+      }
+    }
+  }
+
+  void move_all(double degree, int round) {
+    constexpr std::array<double, 3> kScales{1.0, 0.4, 0.12};
+    const auto size = static_cast<Eigen::Index>(hypothesis_.layout().size);
+    const Eigen::MatrixXd factor = spread();
     for (Member& m : members_) {
       std::vector<double> z = m.z;
       const std::size_t kind = below(random_, 5);
-      if (kind == 4) {
-        redraw(z);
+      if (kind == 4 && hypothesis_.has_valve() && below(random_, 2) == 0) {
+        redraw_actuator(z);
       } else if (kind < 2) {
         Eigen::VectorXd normal(size);
         for (Eigen::Index i = 0; i < size; ++i) normal(i) = random_.normal();
         const double scale = 2.38 / std::sqrt(static_cast<double>(size)) *
                              kScales[(static_cast<std::size_t>(round) + kind) % kScales.size()];
-        const Eigen::VectorXd move = factor.matrixL() * normal;
+        const Eigen::VectorXd move = factor * normal;
         for (std::size_t i = 0; i < z.size(); ++i) {
           z[i] = reflect(z[i] + scale * move(static_cast<Eigen::Index>(i)));
         }
@@ -150,30 +186,38 @@ class Search {
         for (std::size_t i = 0; i < z.size(); ++i) {
           z[i] = reflect(z[i] + scale * (a.z[i] - b.z[i]) + 1e-4 * random_.normal());
         }
-        const std::size_t error = hypothesis_.layout().error;
-        if (random_.uniform() < 0.3) z[error] = reflect(z[error] + 0.18 * random_.normal());
-        if (random_.uniform() < 0.3) z[error + 1] = reflect(z[error + 1] + 0.12 * random_.normal());
       }
-      const double l = likelihood_.of(hypothesis_, z, work_);
-      if (std::log(random_.uniform()) < degree * (l - m.log_likelihood)) {
-        m.z = std::move(z);
-        m.log_likelihood = l;
-      }
+      // Other sizes of the error at the new place cost no further free run.
+      if (moves_to(m, std::move(z), degree)) moves_to(m, other_error(m.z), degree);
     }
   }
 
-  // Other sizes of the error, or another actuator.
-  void redraw(std::vector<double>& z) {
+  bool moves_to(Member& m, std::vector<double> z, double degree) {
+    const double l = likelihood_.of(hypothesis_, z, work_);
+    if (std::log(random_.uniform()) >= degree * (l - m.log_likelihood)) return false;
+    m.z = std::move(z);
+    m.log_likelihood = l;
+    return true;
+  }
+
+  std::vector<double> other_error(std::vector<double> z) {
     const Layout& layout = hypothesis_.layout();
-    if (!hypothesis_.has_valve() || below(random_, 3) != 0) {
+    if (random_.uniform() < 0.5) {
       z[layout.error] = random_.uniform();
       z[layout.error + 1] = random_.uniform();
-      if (hypothesis_.jumps() && random_.uniform() < 0.3) z[layout.jitter] = random_.uniform();
     } else {
-      z[layout.actuator] = random_.uniform();
-      z[layout.actuator + 1] = random_.uniform();
-      if (random_.uniform() < 0.5) z[layout.actuator + 2] = random_.uniform();
+      z[layout.error] = reflect(z[layout.error] + 0.18 * random_.normal());
+      z[layout.error + 1] = reflect(z[layout.error + 1] + 0.12 * random_.normal());
     }
+    if (hypothesis_.jumps() && random_.uniform() < 0.3) z[layout.jitter] = random_.uniform();
+    return z;
+  }
+
+  void redraw_actuator(std::vector<double>& z) {
+    const Layout& layout = hypothesis_.layout();
+    z[layout.actuator] = random_.uniform();
+    z[layout.actuator + 1] = random_.uniform();
+    if (random_.uniform() < 0.5) z[layout.actuator + 2] = random_.uniform();
   }
 
   const Likelihood& likelihood_;

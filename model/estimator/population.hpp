@@ -7,7 +7,8 @@
 // weight, and each then moves by Metropolis steps at the present degree:
 //   2 of 5  normal, with the covariance of the population
 //   2 of 5  difference of two other members (differential evolution)
-//   1 of 5  another pair of the error's sizes, or another actuator
+//   1 of 5  another actuator, or as the line above
+// At a new place other sizes of the error are tried, which costs no further free run.
 // Source: Del Moral, Doucet and Jasra, J. Royal Statistical Society B 68 (2006) 411-436; ter Braak,
 // Statistics and Computing 16 (2006) 239-249.
 //
@@ -40,8 +41,9 @@ struct Start {
 
 struct Effort {
   std::size_t members = 48;
-  int moves = 2;          // per member and degree
-  std::size_t first = 4;  // draws per member
+  int moves = 2;           // per member and degree
+  std::size_t first = 4;   // draws per member
+  std::size_t climbs = 0;  // steps uphill from the best member
 };
 
 struct Population {

@@ -69,6 +69,7 @@ Slips find_slips(const Observed& observed, const LoopFacts& loop, std::size_t sa
                  double noise_rms) {
   Slips out;
   out.direction.assign(samples, 0);
+  out.coming.assign(samples, 0);
   out.rounding = step_of(observed.co, samples) / std::sqrt(12.0);
   const Window w = window_of(loop, observed.period_s);
   if (samples < 8 * w.reach + w.delay) return out;
@@ -102,6 +103,9 @@ Slips find_slips(const Observed& observed, const LoopFacts& loop, std::size_t sa
     for (std::size_t i = k - std::min(k, lead); i <= std::min(samples - 1, k + w.reach); ++i) {
       out.direction[i] = static_cast<std::int8_t>(way);
     }
+    for (std::size_t i = k - std::min(k, 2 * around); i < k; ++i) {
+      out.coming[i] = static_cast<std::int8_t>(way);
+    }
     const double moved = observed.co[k + w.reach] - observed.co[k - w.reach];
     if (std::abs(moved) > 0.35 * size) continue;
     const std::size_t opening = way > 0.0 ? 1 : 0;
@@ -120,10 +124,9 @@ Slips find_slips(const Observed& observed, const LoopFacts& loop, std::size_t sa
 
 double follow_slips(effects::StictionInertial& law, double static_friction, const Slips& slips,
                     std::ptrdiff_t later, std::span<double> stem) noexcept {
-  const std::vector<std::int8_t>& direction = slips.direction;
-  const auto shown_at = [&](std::size_t k) {
-    const std::ptrdiff_t at = static_cast<std::ptrdiff_t>(k) + later;
-    return at >= 0 && at < std::ssize(direction) ? direction[static_cast<std::size_t>(at)] : 0;
+  const auto at = [&](const std::vector<std::int8_t>& direction, std::size_t k) {
+    const std::ptrdiff_t i = static_cast<std::ptrdiff_t>(k) + later;
+    return i >= 0 && i < std::ssize(direction) ? direction[static_cast<std::size_t>(i)] : 0;
   };
   const double early = std::min(0.9, kLimits.early + 2.0 * slips.rounding / static_friction);
   const double varies =
@@ -133,9 +136,10 @@ double follow_slips(effects::StictionInertial& law, double static_friction, cons
   for (std::size_t k = 0; k < stem.size(); ++k) {
     const double force = stem[k] - law.position();
     const bool rested = law.at_rest();
-    const int way = shown_at(k);
-    const bool shown = way != 0 && (way > 0) == (force > 0.0);
-    const double share = shown ? 1.0 - early : 1.0 + early;
+    const int way = force > 0.0 ? 1 : -1;
+    const double share = at(slips.direction, k) == way ? 1.0 - early
+                         : at(slips.coming, k) == way  ? 1.0 + early
+                                                       : 1.0;
     stem[k] = law.step_with_friction(stem[k], share);
     if (!rested) continue;
     const double size = std::abs(force);

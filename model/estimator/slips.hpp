@@ -7,7 +7,8 @@
 //
 //   x^(k) = (mean of y + T times slope of y) / K     over k - w ... k + w, shifted by the dead time
 //   jump at k: |x^(k + 2w) - x^(k - 2w)| has a local maximum above max(6 deviations, 0.4 % of CO)
-//   a resting stem slips at (1 - e) fs if PV shows a jump this way, otherwise at (1 + e) fs
+//   a resting stem slips at (1 - e) fs if PV shows a jump this way, at (1 + e) fs shortly before
+//   such a jump, and otherwise at fs: PV does not show every jump
 //   penalty  sum of (F - fs)^2 / (2 v)   over the slips at a force F that is not fs, nats
 //   e = kLimits.early + 2 d / fs     v = (kLimits.friction_varies fs)^2 + d^2
 //
@@ -29,6 +30,7 @@ namespace loopwarden::estimator {
 
 struct Slips {
   std::vector<std::int8_t> direction;  // of each sample near a jump: 1 opening, -1 closing, 0 none
+  std::vector<std::int8_t> coming;     // of the jump that follows shortly
   std::size_t count = 0;               // jumps while CO hardly moves
   double static_friction = 0.0;        // CO units, median force before them
   double remaining = 0.0;              // median force after them over that before
