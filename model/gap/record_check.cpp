@@ -187,6 +187,10 @@ std::string check_pv(const LoopRecord& record, const plant::LoopModel& model, Re
       check.noise_rms > check.pv_resolution) {
     note(check, "frozen", "PV does not change although it is noisy elsewhere",
          record.seconds_at(rest_begin), record.seconds_at(rest_end));
+    std::vector<double> moving = record.pv;
+    std::fill(moving.begin() + static_cast<std::ptrdiff_t>(rest_begin),
+              moving.begin() + static_cast<std::ptrdiff_t>(rest_end), kNone);
+    check.noise_rms = noise_of(moving);
   }
   const double limited = at_limit(pv, model.transmitter.low, model.transmitter.high);
   if (limited > 0.002) {

@@ -41,9 +41,8 @@ class Posterior {
   // effect reject the addition.
   Posterior(const Estimate& estimate, const std::vector<std::string>& chosen) {
     for (const auto& [names, probability] : estimate.posterior) {
-      const bool adds = !chosen.empty() && std::all_of(chosen.begin(), chosen.end(), [&](auto& n) {
-        return contains(names, n);
-      });
+      const bool adds = !chosen.empty() && std::all_of(chosen.begin(), chosen.end(),
+                                                       [&](auto& n) { return contains(names, n); });
       add(adds ? chosen : names, probability);
     }
     tidy();
@@ -194,15 +193,10 @@ class Workflow {
   void estimate(const std::function<void(double)>& progress) {
     estimator::Observed observed{record_.record.period_s, record_.co, record_.pv, record_.measured};
     plant::LoopModel model = record_.model;
-    double resolution = model_.transmitter.resolution;
-    // The noise of single values among missing ones is that of the check.
-    if (record_.reading.held || taken_.given.pv_as_stored) {
-      resolution = std::max(resolution, std::sqrt(12.0) * record_.quality.noise_rms);
-    }
-    if (options_.archive) {
-      resolution = std::max(resolution, std::sqrt(12.0) * archive_error(model_, *options_.archive));
-    }
-    model.transmitter.resolution = resolution;
+    // The noise is at least that of the check, which knows flat and stored samples.
+    double noise = record_.quality.noise_rms;
+    if (options_.archive) noise = std::hypot(noise, archive_error(model_, *options_.archive));
+    model.transmitter.resolution = std::max(model_.transmitter.resolution, std::sqrt(12.0) * noise);
     estimator::Options how{.without = options_.search.without,
                            .most_effects = options_.search.several && !options_.archive ? 3U : 1U,
                            .level_known = !record_.closed_loop && !options_.search.level_of_record,
@@ -259,6 +253,13 @@ class Workflow {
           explained && !controller_.unexplained ? Outcome::no_gap : Outcome::unexplained;
     }
     corrected_model(other_settings);
+    if (!reading_.empty() && !record_.closed_loop) {
+      // As the transmitter shows it.
+      plant::LoopModel model = result_.corrected;
+      model.sample_time_s = record_.model.sample_time_s;
+      series_.pv_after = free_run(model, record_.co, record_.pv, record_.measured);
+      take_misfits();
+    }
     name_effects(other_settings);
   }
 

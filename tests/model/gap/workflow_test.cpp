@@ -156,7 +156,7 @@ TEST_CASE("other units of PV and CO give the same names, powers of two the same 
   } else {
     truth.process.gain *= 0.8;
   }
-  const numeric::LoopRecord record = test::record_of(truth, 90.0);
+  const numeric::LoopRecord record = test::record_of(truth, 130.0);
   const auto found = [&](double pv_unit, double co_unit) {
     plant::LoopModel model = test::believed_model();
     numeric::LoopRecord scaled = record;
