@@ -29,7 +29,7 @@ namespace loopwarden::estimator {
 struct Options {
   std::vector<std::string> without{};  // names that are not given
   std::size_t most_effects = 3;
-  std::size_t fitted = 0;         // samples; 0: two thirds of the record
+  std::size_t fitted = 0;          // samples; 0: two thirds of the record
   std::optional<Moments> since{};  // every effect acts from one of these moments on
 };
 

@@ -9,7 +9,7 @@ namespace {
 
 using effects::Block;
 
-constexpr double kRarer = 2.0;  // nats: a law at another place or time against one with a name
+constexpr double kRarer = 2.0;       // nats: a law at another place or time against one with a name
 constexpr double kLeastRatio = 0.1;  // j over s of stiction
 
 bool has_unit(const Candidate& candidate, std::string_view parameter, std::string_view unit) {

@@ -259,10 +259,10 @@ double LoopRun::run(const Hypothesis& hypothesis, const Point& point, std::size_
     // The slips were found with the dead time of the model.
     const double later_s = point.dead_time_s - loop_.model.process.dead_time_s +
                            2.0 * point.actuator_damping / point.actuator_frequency;
-    penalty = follow_slips(law, friction.static_friction(), *slips,
-                           static_cast<std::ptrdiff_t>(std::lround(later_s / h)) +
-                               static_cast<std::ptrdiff_t>(first),
-                           moves.subspan(first));
+    penalty = follow_slips(
+        law, friction.static_friction(), *slips,
+        static_cast<std::ptrdiff_t>(std::lround(later_s / h)) + static_cast<std::ptrdiff_t>(first),
+        moves.subspan(first));
     flow[0] = after.reset(flow[0], 0.0);
     after.run(moves, 0.0, h);
   }

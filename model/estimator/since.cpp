@@ -21,9 +21,9 @@ bool has_own_times(const Candidate& candidate) {
 
 std::vector<Law> laws_since(const std::vector<Candidate>& catalogue, double duration_s,
                             Moments moments) {
-  const effects::SearchRange moment{"from", moments.earliest_s,
-                                    std::max(moments.latest_s, moments.earliest_s + 1e-3), false, 1,
-                                    kFirstStep};
+  const effects::SearchRange moment{
+      "from", moments.earliest_s, std::max(moments.latest_s, moments.earliest_s + 1e-3), false,
+      1,      kFirstStep};
   std::vector<Law> laws;
   for (const Candidate& candidate : catalogue) {
     Law law = law_of(candidate, duration_s);

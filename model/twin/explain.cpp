@@ -25,13 +25,13 @@ namespace {
 using alarm::AlarmKind;
 
 constexpr double kHardlyLess = 8.0;
-constexpr double kUnseen_s = 180.0;       // a change shows when the stem, or SP, moves
-constexpr double kDeviations = 2.0;       // of the twin's posterior
+constexpr double kUnseen_s = 180.0;  // a change shows when the stem, or SP, moves
+constexpr double kDeviations = 2.0;  // of the twin's posterior
 constexpr double kLeastProbability = 0.05;
 constexpr std::size_t kMostCandidates = 12;
 constexpr double kLeastBefore_s = 240.0;  // healthy samples that are fitted
 constexpr double kAnswersBefore = 30.0;
-constexpr double kLeastAfter_s = 120.0;   // in which a moment can be found
+constexpr double kLeastAfter_s = 120.0;  // in which a moment can be found
 // The least that a twin's process changes by itself.
 constexpr plant::ProcessUncertainty kLeastUncertainty{
     .gain = 0.02, .time_constant = 0.04, .dead_time = 0.03};
@@ -109,7 +109,8 @@ plant::ProcessUncertainty uncertainty_of(const plant::LoopModel& twin) {
 
 // Names that the record can't distinguish from `name`: they take its place in a hypothesis with
 // about as much probability.
-std::vector<std::string> alternatives_to(const std::string& name, const estimator::Estimate& found) {
+std::vector<std::string> alternatives_to(const std::string& name,
+                                         const estimator::Estimate& found) {
   const auto names_of = [](const std::string& title) {
     std::vector<std::string> names;
     std::size_t begin = 0;
@@ -183,8 +184,8 @@ class Changes {
                                                                    : gap::Outcome::unexplained;
     result.closed_loop = checked_.closed_loop;
     result.floor = {.transmitter_rmse = found.noise_rms,
-                    .load_rmse = std::sqrt(std::max(0.0, found.floor * found.floor -
-                                                             found.noise_rms * found.noise_rms))};
+                    .load_rmse = std::sqrt(std::max(
+                        0.0, found.floor * found.floor - found.noise_rms * found.noise_rms))};
     result.before =
         error_left(checked_.pv, found.pv_before, checked_.used, options.fitted, found.floor);
     result.after =
@@ -197,7 +198,8 @@ class Changes {
       result.effects.push_back(shown(effect, found, out.closed));
     }
     for (const estimator::Ranked& one : found.ranked) {
-      if (result.candidates.size() < kMostCandidates) result.candidates.push_back(tried(one, found));
+      if (result.candidates.size() < kMostCandidates)
+        result.candidates.push_back(tried(one, found));
     }
     if (!found.effects.empty()) {
       const estimator::Interval moment = moment_of(found.effects.front());
@@ -232,7 +234,8 @@ class Changes {
     const estimator::Interval moment = moment_of(effect);
     const bool since = moment.value > 0.0;
     out.evidence = numeric::text(
-        "Explanation: %s%s. It accounts for %.0f %% of the deviation on the last third of the data, "
+        "Explanation: %s%s. It accounts for %.0f %% of the deviation on the last third of the "
+        "data, "
         "which chose nothing.",
         out.spec.name.c_str(),
         since ? numeric::text(", since %.0f s before the last sample (%.0f to %.0f s)",
@@ -362,8 +365,8 @@ Explanation explain(const numeric::LoopRecord& record, const plant::LoopModel& t
   const auto samples = [&](double seconds) {
     return static_cast<std::size_t>(seconds / record.period_s);
   };
-  const std::size_t before = samples(std::clamp(kAnswersBefore * plant::answer_s(twin),
-                                                kLeastBefore_s, kBefore_s));
+  const std::size_t before =
+      samples(std::clamp(kAnswersBefore * plant::answer_s(twin), kLeastBefore_s, kBefore_s));
   const bool enough = out.stretch.end >= out.stretch.begin + samples(kLeastAfter_s);
   const std::size_t from =
       enough && record.has_co()
