@@ -385,7 +385,8 @@ class Commissioner {
 
   // The twin from the fit, and what is left of the gap.
   void finish(const estimator::Estimate& last) {
-    const double noise = fitted_.noise_rms;
+    // The last third may be noisier.
+    const double noise = std::max(fitted_.noise_rms, checked_.quality.noise_rms);
     const double load = disturbance_of(fitted_, fit_.pv);
     const double of_load =
         std::min(load, estimator::kLimits.largest_disturbance * out_.given.transmitter.span()) *
