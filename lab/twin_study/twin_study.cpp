@@ -66,8 +66,8 @@ plant::LoopModel read_model(const fs::path& path) {
 
 struct Scored {
   std::string effect;
-  std::string verdict;       // of commission
-  double commission_s = 0.0;  // processor
+  std::string verdict;         // of commission
+  double commission_s = 0.0;   // processor
   double left = std::nan("");  // error of the twin on the next healthy minutes, in its noises
   int before = 0;              // alarms before the change
   std::optional<double> seen_s;
@@ -178,13 +178,12 @@ Scored study(const CaseFiles& files, const Arguments& arguments) {
   }
   out.right = !out.names.empty() && accept.contains(out.names.front().first);
   out.both = out.names.size() == 2 && !out.wrong;
-  fmt::print("    {} closed {:.2f} since {:.0f} s ({:.0f} to {:.0f}) after the change\n",
-             e.result.sentence, e.closed,
-             record.period_s * (static_cast<double>(first + e.at) - static_cast<double>(change)),
-             record.period_s *
-                 (static_cast<double>(first + e.from.begin) - static_cast<double>(change)),
-             record.period_s *
-                 (static_cast<double>(first + e.from.end) - static_cast<double>(change)));
+  fmt::print(
+      "    {} closed {:.2f} since {:.0f} s ({:.0f} to {:.0f}) after the change\n",
+      e.result.sentence, e.closed,
+      record.period_s * (static_cast<double>(first + e.at) - static_cast<double>(change)),
+      record.period_s * (static_cast<double>(first + e.from.begin) - static_cast<double>(change)),
+      record.period_s * (static_cast<double>(first + e.from.end) - static_cast<double>(change)));
   if (arguments.verbose) {
     fmt::print("    before {:.4g} {:.4g} after {:.4g} {:.4g} floor {:.4g} noise {:.4g}\n",
                e.result.before.training_rmse, e.result.before.holdout_rmse,
@@ -221,9 +220,10 @@ int run(const Arguments& arguments) {
       for (const auto& [name, confidence] : one.names) {
         names += fmt::format(" {} {:.2f}", name, confidence);
       }
-      fmt::print("{} {} {:<34} {} ({:.1f} s) left {:.2f} before {} seen {:.0f} s explain {:.1f} s:{}\n",
-                 one.right ? " " : "X", files.truth.id, one.effect, one.verdict, one.commission_s,
-                 one.left, one.before, one.seen_s.value_or(std::nan("")), one.explain_s, names);
+      fmt::print(
+          "{} {} {:<34} {} ({:.1f} s) left {:.2f} before {} seen {:.0f} s explain {:.1f} s:{}\n",
+          one.right ? " " : "X", files.truth.id, one.effect, one.verdict, one.commission_s,
+          one.left, one.before, one.seen_s.value_or(std::nan("")), one.explain_s, names);
       std::fflush(stdout);
       all.push_back(one);
     }
@@ -237,7 +237,8 @@ int run(const Arguments& arguments) {
     return values.empty() ? std::nan("") : numeric::quantile(values, share);
   };
   const auto twins = count([](const Scored& s) { return std::isfinite(s.left); });
-  const auto faulty = count([](const Scored& s) { return std::isfinite(s.left) && s.effect != "none"; });
+  const auto faulty =
+      count([](const Scored& s) { return std::isfinite(s.left) && s.effect != "none"; });
   const auto explained = count([](const Scored& s) { return std::isfinite(s.explain_s); });
   fmt::print("loops {}, commissioned {}\n", all.size(), twins);
   const auto line = [](const char* what, const auto& of) {
@@ -249,8 +250,9 @@ int run(const Arguments& arguments) {
        [&](double q) { return quantile([](const Scored& s) { return s.commission_s; }, q); });
   line("explain, processor s",
        [&](double q) { return quantile([](const Scored& s) { return s.explain_s; }, q); });
-  fmt::print("loops with an alarm before the change, or without one {}\n",
-             count([](const Scored& s) { return s.before > 0 || (s.effect == "none" && s.seen_s); }));
+  fmt::print(
+      "loops with an alarm before the change, or without one {}\n",
+      count([](const Scored& s) { return s.before > 0 || (s.effect == "none" && s.seen_s); }));
   fmt::print("change seen {} of {}\n",
              count([](const Scored& s) { return s.effect != "none" && s.seen_s; }), faulty);
   fmt::print("first name right {} of {}; no name {}; a wrong name {}, at 0.9 {}; both of two {}\n",

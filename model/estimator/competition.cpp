@@ -79,7 +79,9 @@ class Competitors {
     say(0.7);
     for (std::size_t effects = 2; effects <= most_effects; ++effects) {
       if (!grow(effects)) break;
-      search_again(4, 60.0, effects);
+      // Two changes at one moment: the first search of a pair is far from its best.
+      const bool since = !catalogue_.empty() && catalogue_.front().timing == Law::Timing::since;
+      search_again(4, since ? 200.0 : 60.0, effects);
       stick_by_law(effects);
       step_back();
       say(1.0 - 0.3 / static_cast<double>(effects));
@@ -233,12 +235,22 @@ class Competitors {
     return error;
   }
 
+  // The filter of the error at a start.
+  const ErrorFilter* filter_of(const Hypothesis& hypothesis, const Start& start) const {
+    const Point point = hypothesis.at(start.mean);
+    const ErrorGrid& errors = likelihood_.errors();
+    return &errors.at(errors.index(point.disturbance, point.law));
+  }
+
   // Puts the statistics of the record into the start of effect `term`.
   void use_statistics(const Hypothesis& hypothesis, std::size_t term, std::span<const double> error,
                       Start& start) const {
     const Law& candidate = *hypothesis.terms()[term];
     const std::size_t first = hypothesis.first_of(term);
-    if (const auto found = scan(candidate, likelihood_.blocks(), error)) {
+    // Before its moment a change has no error, and the rest is slow.
+    const bool since = candidate.timing == Law::Timing::since;
+    if (const auto found = scan(candidate, likelihood_.blocks(), error,
+                                since ? filter_of(hypothesis, start) : nullptr)) {
       for (std::size_t i = 0; i < found->size(); ++i) {
         start.mean[first + i] = (*found)[i];
         start.deviation[first + i] = i == 0 ? 0.015 : 0.06;

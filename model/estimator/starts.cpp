@@ -35,10 +35,13 @@ std::vector<double> places(const effects::SearchRange& range, double duration_s,
 }  // namespace
 
 std::optional<std::vector<double>> scan(const Candidate& candidate, const Blocks& blocks,
-                                        std::span<const double> error) {
+                                        std::span<const double> error, const ErrorFilter* filter) {
   if (candidate.columns == 0 || candidate.fill == nullptr) return std::nullopt;
   if (candidate.search.empty() || candidate.search.size() > 2) return std::nullopt;
-  const std::size_t stride = std::max<std::size_t>(1, blocks.count() / kPoints);
+  const std::size_t stride =
+      filter != nullptr ? 1 : std::max<std::size_t>(1, blocks.count() / kPoints);
+  std::vector<double> target(error.begin(), error.end());
+  if (filter != nullptr) filter->whiten(error, target);
   const std::size_t points = blocks.count() / stride;
   const double duration_s = blocks.duration_s();
   const bool two = candidate.search.size() == 2;
@@ -61,6 +64,10 @@ std::optional<std::vector<double>> scan(const Candidate& candidate, const Blocks
       }
       for (auto& column : columns) column.assign(points, 1.0);
       candidate.fill(values, blocks.period_s() * static_cast<double>(stride), columns);
+      for (std::size_t i = 0; filter != nullptr && i < columns.size(); ++i) {
+        const std::vector<double> column = columns[i];
+        filter->whiten(column, columns[i]);
+      }
       Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(size, size);
       Eigen::VectorXd right = Eigen::VectorXd::Zero(size);
       double square = 0.0;
@@ -71,7 +78,7 @@ std::optional<std::vector<double>> scan(const Candidate& candidate, const Blocks
         for (std::size_t i = 0; i < columns.size(); ++i) {
           row(static_cast<Eigen::Index>(i)) = columns[i][k];
         }
-        const double e = error[k * stride];
+        const double e = target[k * stride];
         normal.noalias() += row * row.transpose();
         right += e * row;
         square += e * e;

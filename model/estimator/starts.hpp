@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "model/estimator/blocks.hpp"
+#include "model/estimator/error_filter.hpp"
 #include "model/estimator/hypothesis.hpp"
 #include "model/estimator/slips.hpp"
 
@@ -19,9 +20,11 @@ namespace loopwarden::estimator {
 
 // Positions, 0 to 1, of the searched parameters of a disturbance for which its columns and a
 // constant leave least of `error` (one value per block, PV units). None if the effect has no
-// columns or more than two searched parameters.
+// columns or more than two searched parameters. `filter`: if not null, its innovations count, which
+// a slow error does not hide.
 std::optional<std::vector<double>> scan(const Candidate& candidate, const Blocks& blocks,
-                                        std::span<const double> error);
+                                        std::span<const double> error,
+                                        const ErrorFilter* filter = nullptr);
 
 // Positions of the searched parameters of stiction from the slips that PV shows. None if there are
 // fewer than three.

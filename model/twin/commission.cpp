@@ -223,9 +223,9 @@ class Commissioner {
   }
 
   static FittedRecord fitted_part(const gap::CheckedRecord& checked, const LoopModel& model) {
-    FittedRecord out{.observed = {checked.record.period_s, checked.co, checked.pv,
-                                  checked.measured},
-                     .fitted = checked.training_end};
+    FittedRecord out{
+        .observed = {checked.record.period_s, checked.co, checked.pv, checked.measured},
+        .fitted = checked.training_end};
     out.noise_rms = estimator::noise_of(out.observed, out.fitted, model.transmitter.resolution,
                                         model.transmitter.span());
     return out;
@@ -333,9 +333,9 @@ class Commissioner {
     }
     fit_ = fit_process(fitted_, next);
     // A curve explains part of many effects, so it is bent only if a characteristic is named.
-    const bool curved = std::any_of(
-        next.valve_effects.begin(), next.valve_effects.end(),
-        [](const auto& spec) { return spec.name == "valve_characteristic"; });
+    const bool curved =
+        std::any_of(next.valve_effects.begin(), next.valve_effects.end(),
+                    [](const auto& spec) { return spec.name == "valve_characteristic"; });
     if (curved && record_.has_co()) fit_ = bend_characteristic(fitted_, fit_);
     return names;
   }
@@ -348,9 +348,8 @@ class Commissioner {
         const auto rank = [](const effects::EffectSpec& s) {
           return effects::find_effect(s.name)->valve_rank;
         };
-        const auto after =
-            std::find_if(model.valve_effects.begin(), model.valve_effects.end(),
-                         [&](const auto& s) { return rank(s) > rank(spec); });
+        const auto after = std::find_if(model.valve_effects.begin(), model.valve_effects.end(),
+                                        [&](const auto& s) { return rank(s) > rank(spec); });
         model.valve_effects.insert(after, spec);
         break;
       }
@@ -386,7 +385,8 @@ class Commissioner {
 
   // The twin from the fit, and what is left of the gap.
   void finish(const estimator::Estimate& last) {
-    const double noise = fitted_.noise_rms;
+    // The last third may be noisier.
+    const double noise = std::max(fitted_.noise_rms, checked_.quality.noise_rms);
     const double load = disturbance_of(fitted_, fit_.pv);
     const double of_load =
         std::min(load, estimator::kLimits.largest_disturbance * out_.given.transmitter.span()) *
@@ -400,18 +400,17 @@ class Commissioner {
     const double floor = result.floor.rmse();
     result.outcome = last.verdict == estimator::Verdict::unexplained ? gap::Outcome::unexplained
                      : out_.effects.empty()                          ? gap::Outcome::no_gap
-                                            : gap::Outcome::missing_effect;
+                                                                     : gap::Outcome::missing_effect;
     result.model = out_.given;
     result.effects = out_.effects;
     add_stage("twin", fit_);
-    result.before = error_left(checked_.pv, out_.stages.front().pv, checked_.used,
-                               fitted_.fitted, floor);
+    result.before =
+        error_left(checked_.pv, out_.stages.front().pv, checked_.used, fitted_.fitted, floor);
     result.after = error_left(checked_.pv, fit_.pv, checked_.used, fitted_.fitted, floor);
     result.holdout_from_s = record_.seconds_at(checked_.training_end);
     result.series.pv_before = out_.stages.front().pv;
     result.series.pv_after = fit_.pv;
-    out_.closed =
-        gap_closed(result.before.holdout_rmse, result.after.holdout_rmse, floor);
+    out_.closed = gap_closed(result.before.holdout_rmse, result.after.holdout_rmse, floor);
 
     // The last third has proved the model: now it counts, too.
     FittedRecord whole = fitted_;
@@ -555,8 +554,7 @@ class Commissioner {
       const auto number = static_cast<int>(i + 1);
       const gap::CheckedRecord checked = gap::check(record, out_.twin);
       if (!checked.quality.usable) {
-        refuse(Outcome::not_usable,
-               text("Record %d: %s", number, checked.quality.refusal.c_str()));
+        refuse(Outcome::not_usable, text("Record %d: %s", number, checked.quality.refusal.c_str()));
         return;
       }
       LoopModel twin = out_.twin;
@@ -566,8 +564,8 @@ class Commissioner {
           estimator::estimate(fitted.observed, twin, {.without = kOfTheProcess}, parallel_);
       progress_(share * static_cast<double>(kMostRounds + number - 1));
       for (const estimator::Found& effect : found.effects) {
-        const std::string why = why_not_healthy(effect.spec, effect.block, out_.twin,
-                                                request_.healthy_limit_percent);
+        const std::string why =
+            why_not_healthy(effect.spec, effect.block, out_.twin, request_.healthy_limit_percent);
         if (why.empty()) continue;
         refuse(Outcome::not_healthy, text("Record %d: %s", number, why.c_str()));
         return;

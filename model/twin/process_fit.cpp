@@ -31,17 +31,17 @@ using estimator::Solution;
 using plant::LoopModel;
 using plant::ProcessUncertainty;
 
-constexpr double kLargest = 0.04;       // relative variance of what the record does not show
-constexpr double kFree = 0.3;           // uncertainty of the process about the present model
-constexpr double kRoughly = 0.6;        // of a process that is searched
-constexpr double kLongestMove = 0.4;    // of ln parameter
-constexpr double kSettled = 1e-3;       // of ln parameter
-constexpr double kFreeLevel = 0.05;     // of the PV span
-constexpr double kForgets_s = 300.0;    // a disturbance
-constexpr double kSlip = 0.15;          // j over s of a healthy valve
-constexpr double kSureFriction = 1.0;   // Student's t over the parts
-constexpr double kLeastFriction = 0.1;  // of the most
-constexpr double kRatio = 1.6;          // from one tried size of friction to the next
+constexpr double kLargest = 0.04;        // relative variance of what the record does not show
+constexpr double kFree = 0.3;            // uncertainty of the process about the present model
+constexpr double kRoughly = 0.6;         // of a process that is searched
+constexpr double kLongestMove = 0.4;     // of ln parameter
+constexpr double kSettled = 1e-3;        // of ln parameter
+constexpr double kFreeLevel = 0.05;      // of the PV span
+constexpr double kForgets_s = 300.0;     // a disturbance
+constexpr double kSlip = 0.15;           // j over s of a healthy valve
+constexpr double kSureFriction = 1.0;    // Student's t over the parts
+constexpr double kLeastFriction = 0.1;   // of the most
+constexpr double kRatio = 1.6;           // from one tried size of friction to the next
 constexpr double kBentDeviation = 0.04;  // of the CO span: of a point of the characteristic
 constexpr double kLeastRise = 1e-6;      // CO units
 constexpr std::size_t kHats = 8;
@@ -77,9 +77,7 @@ class Linearised {
     likelihood_.of(none_, z, work, &solution);
     return solution;
   }
-  std::vector<double> first_error() const {
-    return std::vector<double>(none_.layout().size, 0.4);
-  }
+  std::vector<double> first_error() const { return std::vector<double>(none_.layout().size, 0.4); }
   std::vector<double> pv(const std::vector<double>& z, const Solution& solution) const {
     return likelihood_.simulate(none_, z, solution, record_.observed.pv.size());
   }
@@ -112,9 +110,8 @@ double move(LoopModel& model, const Solution& solution) {
   const double gain = bounded(std::log(std::max(solution.gain(), 0.1)));
   const double lag = p.integrating() ? 0.0 : bounded(solution.mean(Columns::kLag));
   const double least_s = 0.5 * model.sample_time_s;
-  const double dead_time_s =
-      std::clamp(p.dead_time_s + solution.mean(Columns::kDeadTime), 0.5 * p.dead_time_s,
-                 1.5 * p.dead_time_s + least_s);
+  const double dead_time_s = std::clamp(p.dead_time_s + solution.mean(Columns::kDeadTime),
+                                        0.5 * p.dead_time_s, 1.5 * p.dead_time_s + least_s);
   const double later = std::abs(dead_time_s - p.dead_time_s) / std::max(p.dead_time_s, least_s);
   p.gain *= std::exp(gain);
   p.time_constant_s *= std::exp(lag);
@@ -157,8 +154,8 @@ plant::TwinFit posterior_of(const LoopModel& model, const Solution& solution) {
       const auto factor = [&](Eigen::Index c) {
         return std::sqrt(std::max(1.0, of_parts(c, c) / solution.covariance(c, c)));
       };
-      const double both = 0.5 * (solution.covariance(a.column, b.column) +
-                                 solution.covariance(b.column, a.column));
+      const double both =
+          0.5 * (solution.covariance(a.column, b.column) + solution.covariance(b.column, a.column));
       out.covariance.back().push_back(both * (factor(a.column) * factor(b.column)) *
                                       (a.scale * b.scale));
     }
@@ -182,8 +179,8 @@ ProcessFit fit_of(const FittedRecord& record, const Linearised& at, LoopModel mo
                  .pv = at.pv(z, solution),
                  .error = at.error(z)};
   out.posterior = posterior_of(out.model, solution);
-  const gap::Misfit left = error_left(record.observed.pv, out.pv, record.observed.used,
-                                      record.fitted, record.noise_rms);
+  const gap::Misfit left =
+      error_left(record.observed.pv, out.pv, record.observed.used, record.fitted, record.noise_rms);
   out.training_rmse = left.training_rmse;
   out.holdout_rmse = left.holdout_rmse;
   return out;
@@ -193,8 +190,8 @@ bool explains_more(const ProcessFit& more, const ProcessFit& less, double lead, 
   if (more.log_likelihood < less.log_likelihood + lead) return false;
   std::vector<double> by_part = more.parts;
   for (std::size_t b = 0; b < by_part.size(); ++b) by_part[b] -= less.parts[b];
-  return numeric::mean(by_part) > least_t * numeric::deviation(by_part) /
-                                      std::sqrt(static_cast<double>(by_part.size()));
+  return numeric::mean(by_part) >
+         least_t * numeric::deviation(by_part) / std::sqrt(static_cast<double>(by_part.size()));
 }
 
 // Flow of a characteristic at travel x, by a copy of its law.
@@ -242,9 +239,8 @@ LoopModel find_process(const FittedRecord& record, const LoopModel& model) {
   if (model.process.integrating()) return model;
   const Linearised linear(record, model, {kRoughly, kRoughly, kRoughly});
   Likelihood::Work work;
-  const estimator::Population found =
-      estimator::search(linear.likelihood(), linear.none(), {},
-                        {.members = 48, .moves = 2, .first = 10}, 1, work);
+  const estimator::Population found = estimator::search(
+      linear.likelihood(), linear.none(), {}, {.members = 48, .moves = 2, .first = 10}, 1, work);
   Solution solution;
   linear.likelihood().of(linear.none(), found.top().z, work, &solution);
   const estimator::Point point = linear.none().at(found.top().z);
@@ -305,9 +301,8 @@ ProcessFit bend_characteristic(const FittedRecord& record, const ProcessFit& fit
     for (std::size_t i = 0; i < kHats; ++i) {
       q += added(static_cast<Eigen::Index>(i)) * hat(i, given);
     }
-    if (table.table.empty() ||
-        (x > table.table.back().first + 1e-3 * (to - from) &&
-         q > table.table.back().second + kLeastRise)) {
+    if (table.table.empty() || (x > table.table.back().first + 1e-3 * (to - from) &&
+                                q > table.table.back().second + kLeastRise)) {
       table.table.emplace_back(x, q);
     }
   };
@@ -340,10 +335,9 @@ ProcessFit add_friction(const FittedRecord& record, const ProcessFit& fit, doubl
   for (const bool slips : {false, true}) {
     for (double size = most; size >= kLeastFriction * most; size /= kRatio) {
       LoopModel with = model;
-      with.valve_effects.insert(
-          with.valve_effects.begin(),
-          slips ? EffectSpec{"stiction", {{"s", size}, {"j", kSlip * size}}}
-                : EffectSpec{"backlash", {{"deadband", size}}});
+      with.valve_effects.insert(with.valve_effects.begin(),
+                                slips ? EffectSpec{"stiction", {{"s", size}, {"j", kSlip * size}}}
+                                      : EffectSpec{"backlash", {{"deadband", size}}});
       ProcessFit tried = fit_process(record, with, 2);
       if (tried.log_likelihood <= best.log_likelihood) continue;
       best = std::move(tried);

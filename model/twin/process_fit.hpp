@@ -24,13 +24,13 @@ namespace loopwarden::twin {
 
 struct ProcessFit {
   plant::LoopModel model;
-  plant::TwinFit posterior;      // parameters and covariance
-  double log_likelihood = 0.0;   // nats
-  std::vector<double> parts;     // of it, by part of the record
-  std::vector<double> pv;        // free run of the whole record, PV units
-  estimator::ErrorSize error;    // disturbance and error of the law
-  double training_rmse = 0.0;    // PV units, of the fitted samples
-  double holdout_rmse = 0.0;     // PV units, of the others
+  plant::TwinFit posterior;     // parameters and covariance
+  double log_likelihood = 0.0;  // nats
+  std::vector<double> parts;    // of it, by part of the record
+  std::vector<double> pv;       // free run of the whole record, PV units
+  estimator::ErrorSize error;   // disturbance and error of the law
+  double training_rmse = 0.0;   // PV units, of the fitted samples
+  double holdout_rmse = 0.0;    // PV units, of the others
 };
 
 // The part of a record that is fitted, with the noise of a sample in PV units.

@@ -33,9 +33,8 @@ Estimate changed(const effects::EffectSpec& spec, Block block,
       options.without.emplace_back(effect.name);
     }
   }
-  return estimate(
-      estimator_test::record_of(truth, estimator_test::moving_output(2400)), model,
-      options, estimator_test::in_order);
+  return estimate(estimator_test::record_of(truth, estimator_test::moving_output(2400)), model,
+                  options, estimator_test::in_order);
 }
 
 }  // namespace
@@ -51,8 +50,7 @@ TEST_CASE("a change is named with its size and the moment from which it acts",
   CHECK(e.closed > 0.95);
 }
 
-TEST_CASE("a bias that begins is a step, and its moment is the step's time",
-          "[estimator][since]") {
+TEST_CASE("a bias that begins is a step, and its moment is the step's time", "[estimator][since]") {
   const Estimate e = changed({"output_bias", {{"bias", 0.5}}}, Block::transmitter,
                              {"gain_change", "drift", "output_bias", "step_disturbance"});
   REQUIRE(names_of(e) == "step_disturbance");

@@ -15,10 +15,10 @@ namespace {
 
 twin::FittedRecord fitted(const plant::LoopModel& truth) {
   const numeric::LoopRecord record = test::record_of(truth, 400.0);
-  return {.observed = {record.period_s, record.co, record.pv,
-                       std::vector<bool>(record.size(), true)},
-          .fitted = record.size() * 2 / 3,
-          .noise_rms = 0.015};
+  return {
+      .observed = {record.period_s, record.co, record.pv, std::vector<bool>(record.size(), true)},
+      .fitted = record.size() * 2 / 3,
+      .noise_rms = 0.015};
 }
 
 plant::LoopModel off(plant::LoopModel model, double gain, double times) {
