@@ -22,7 +22,7 @@ using Doubles = std::vector<double>;
 constexpr std::size_t kLeastSamples = 50;
 constexpr std::size_t kBandCount = Grid::kBands.size();
 constexpr std::size_t kLongestDelay = Grid::kDelays.back();
-constexpr float kStraight = 1e-5F;    // deviations of PV
+constexpr float kStraight = 1e-5F;     // deviations of PV
 constexpr double kIntegration = 0.02;  // gain of the integrator per sample: floats stay near 1
 constexpr double kLeastMoved = 1e-3;   // power of a valve's response over that without a band
 constexpr double kNone = -std::numeric_limits<double>::infinity();
@@ -277,8 +277,8 @@ class Piece {
   std::vector<ErrorModel> models_;
   bool moves_ = false;
   double movement_ = 0.0;                     // of CO, CO units
-  double scale_ = 1.0;        // of PV, PV units
-  double informative_ = 1.0;  // share of the samples
+  double scale_ = 1.0;                        // of PV, PV units
+  double informative_ = 1.0;                  // share of the samples
   std::vector<float> u_;                      // CO, 0 to 1
   std::vector<float> y_;                      // PV, from its first sample, deviation 1
   std::vector<std::vector<float>> white_pv_;  // by error model
