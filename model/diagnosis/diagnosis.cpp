@@ -43,8 +43,8 @@ void measure(Diagnosis& d) {
                 .standing = hold_evidence(pv_blocks, co_blocks, blocks),
                 .reversals = find_reversals(high_passed(
                     detrended(co_blocks),
-                    std::max<std::size_t>(2, static_cast<std::size_t>(
-                                                 Limits::kWindowPeriods * blocks + 0.5))))};
+                    std::max<std::size_t>(
+                        2, static_cast<std::size_t>(Limits::kWindowPeriods * blocks + 0.5))))};
 }
 
 // Returns whether the set point swings with PV's own period, and PV with it: the cause is the

@@ -24,7 +24,7 @@ std::string because(const Diagnosis& d) {
   switch (d.verdict) {
     case DiagnosisVerdict::valve_effect:
       return fmt::format(
-          "a band of {:.0f} % of CO's movement explains PV better than a smaller one or none "
+          "a band of {:.0f} % of CO's movement explains PV better than a small band or no band "
           "({:.0f} "
           "nats), and PV rests during {:.0f} % of CO's moves{}",
           100.0 * d.evidence.share, d.evidence.log_odds, 100.0 * d.evidence.standing,
@@ -58,7 +58,7 @@ std::string against(const Diagnosis& d) {
   if (!d.judged() || d.verdict == DiagnosisVerdict::cant_tell) return {};
   if (d.verdict != DiagnosisVerdict::valve_effect) {
     if (d.evidence.log_odds < diagnosis::DiagnosisLimits::kNamedFrom) return {};
-    return "a band explains PV better than a smaller one or none";
+    return "a band explains PV better than a small band or no band";
   }
   return d.evidence.standing < diagnosis::DiagnosisLimits::kStandsFrom
              ? "PV moves during most of CO's moves"
