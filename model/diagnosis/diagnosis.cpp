@@ -41,7 +41,10 @@ void measure(Diagnosis& d) {
                 .share = d.band.share,
                 .explained = d.band.explained,
                 .standing = hold_evidence(pv_blocks, co_blocks, blocks),
-                .reversals = find_reversals(three_time_scales(co_blocks, blocks)[1])};
+                .reversals = find_reversals(high_passed(
+                    detrended(co_blocks),
+                    std::max<std::size_t>(
+                        2, static_cast<std::size_t>(Limits::kWindowPeriods * blocks + 0.5))))};
 }
 
 // Returns whether the set point swings with PV's own period, and PV with it: the cause is the

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "model/diagnosis/limits.hpp"
+#include "model/diagnosis/series_ops.hpp"
 
 namespace loopwarden::diagnosis {
 namespace {
@@ -70,14 +71,6 @@ double movement_period(std::span<const double> co, std::span<const double> pv) {
   double period = longest;
   if (of != nullptr) period = movement_period_of(*of, autocovariance(*of, 0), shortest);
   return std::clamp(period, std::min(4.0, longest), longest) * static_cast<double>(blocks);
-}
-
-TimeScales three_time_scales(std::span<const double> x, double period) {
-  const Series straight = detrended(x);
-  const auto window = [period](double periods) {
-    return std::max<std::size_t>(2, static_cast<std::size_t>(periods * period + 0.5));
-  };
-  return {straight, high_passed(straight, window(3.0)), high_passed(straight, window(1.2))};
 }
 
 }  // namespace loopwarden::diagnosis

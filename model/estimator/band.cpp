@@ -22,6 +22,7 @@ using Doubles = std::vector<double>;
 constexpr std::size_t kLeastSamples = 50;
 constexpr std::size_t kBandCount = Grid::kBands.size();
 constexpr std::size_t kLongestDelay = Grid::kDelays.back();
+constexpr float kStraight = 1e-5F;     // deviations of PV
 constexpr double kIntegration = 0.02;  // gain of the integrator per sample: floats stay near 1
 constexpr double kLeastMoved = 1e-3;   // power of a valve's response over that without a band
 constexpr double kNone = -std::numeric_limits<double>::infinity();
@@ -155,6 +156,7 @@ class Piece {
     for (const double value : pv) {
       y_.push_back(static_cast<float>((value - pv.front()) / scale_));
     }
+    informative_ = informative_share();
     whiten_pv();
     search();
   }
@@ -162,6 +164,16 @@ class Piece {
   BandEvidence evidence() const;
 
  private:
+  // Returns the share of the samples at which PV leaves the straight line through the two before:
+  // between two values that an archive stored, PV is a straight line and carries no information.
+  double informative_share() const {
+    std::size_t count = 0;
+    for (std::size_t k = 2; k < y_.size(); ++k) {
+      count += std::abs(y_[k] - 2.0F * y_[k - 1] + y_[k - 2]) > kStraight ? 1U : 0U;
+    }
+    return static_cast<double>(count) / static_cast<double>(y_.size() - 2);
+  }
+
   void whiten_pv() {
     std::vector<float> white;
     for (const ErrorModel& model : models_) {
@@ -255,7 +267,7 @@ class Piece {
   }
   double samples() const { return static_cast<double>(y_.size() - Grid::kSkipped); }
   double log_likelihood(double left, std::size_t error) const {
-    return -0.5 * samples() * std::log(left / samples()) -
+    return -0.5 * informative_ * samples() * std::log(left / samples()) -
            (models_[error].oscillates ? Grid::kResonance : 0.0);
   }
   // Returns the share of PV's variance that the point explains in free run.
@@ -266,6 +278,7 @@ class Piece {
   bool moves_ = false;
   double movement_ = 0.0;                     // of CO, CO units
   double scale_ = 1.0;                        // of PV, PV units
+  double informative_ = 1.0;                  // share of the samples
   std::vector<float> u_;                      // CO, 0 to 1
   std::vector<float> y_;                      // PV, from its first sample, deviation 1
   std::vector<std::vector<float>> white_pv_;  // by error model

@@ -3,8 +3,8 @@
 // of the loop.
 //
 // The process, the disturbance and the noise are unknown. The likelihood is summed over a grid of
-// them; gain and level are in closed form. What decides is the size of the band relative to the
-// movement of CO: a healthy valve shows small bands too (resolution, dead band, an inexact lag).
+// them; gain and level are in closed form. The size of the band relative to the
+// movement of CO decides: a healthy valve shows small bands too (resolution, an inexact lag).
 //
 //   log odds = log of the mean likelihood of the bands from kLarge on
 //            - log of (likelihood without a band + mean likelihood of the bands up to kSmall)

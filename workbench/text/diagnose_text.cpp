@@ -24,7 +24,7 @@ std::string because(const Diagnosis& d) {
   switch (d.verdict) {
     case DiagnosisVerdict::valve_effect:
       return fmt::format(
-          "a band of {:.0f} % of CO's movement explains PV better than a smaller one or none "
+          "a band of {:.0f} % of CO's movement explains PV better than a small band or no band "
           "({:.0f} "
           "nats), and PV rests during {:.0f} % of CO's moves{}",
           100.0 * d.evidence.share, d.evidence.log_odds, 100.0 * d.evidence.standing,
@@ -57,7 +57,8 @@ std::string because(const Diagnosis& d) {
 std::string against(const Diagnosis& d) {
   if (!d.judged() || d.verdict == DiagnosisVerdict::cant_tell) return {};
   if (d.verdict != DiagnosisVerdict::valve_effect) {
-    return d.evidence.log_odds > 0.0 ? "a band explains PV slightly better than none" : "";
+    if (d.evidence.log_odds < diagnosis::DiagnosisLimits::kNamedFrom) return {};
+    return "a band explains PV better than a small band or no band";
   }
   return d.evidence.standing < diagnosis::DiagnosisLimits::kStandsFrom
              ? "PV moves during most of CO's moves"
@@ -160,8 +161,8 @@ diagnosis::SizeTrend trend_of(const DiagnosedLoop& loop) {
 std::string band_line(const Diagnosis& d) {
   return fmt::format(
       "band of 30 % of CO's movement or more: {:+.1f} nats; PV rests during {:.0f} % of CO's "
-      "moves; CO reverses by {}\n",
-      d.evidence.log_odds, 100.0 * d.evidence.standing, to_text(d.evidence.reversals.by()));
+      "moves\n",
+      d.evidence.log_odds, 100.0 * d.evidence.standing);
 }
 
 }  // namespace

@@ -55,7 +55,7 @@ TEST_CASE("a band that is small against CO's movement is that of a healthy valve
   CHECK(find_band(run.pv, run.co, kPeriod).log_odds < 0.0);
 }
 
-TEST_CASE("units, direction and averaging change nothing", "[band]") {
+TEST_CASE("units, direction and averaging keep the evidence", "[band]") {
   SmallLoop::Run run = sticking();
   const BandEvidence before = find_band(run.pv, run.co, kPeriod);
   for (double& v : run.pv) v = 3.0 - 70.0 * v;

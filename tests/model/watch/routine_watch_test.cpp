@@ -148,7 +148,7 @@ TEST_CASE("an effect that a source with report on change hides raises no alarm",
   // Narrower than the omitted changes.
   RoutineWatch hidden(settings);
   CHECK_FALSE(
-      raised(on_change(sticky(watch::WatchLimits::kRoutineSamples, 1.5), 0.1, 1.5), hidden));
+      raised(on_change(sticky(watch::WatchLimits::kRoutineSamples, 1.5), 0.1, 0.8), hidden));
   CHECK(hidden.judgement().verdict == diagnosis::DiagnosisVerdict::cant_tell);
 
   // The reports are too rare for a rule, so no rule is named. The effect is seen again when all
