@@ -253,17 +253,18 @@ double Likelihood::of(const Hypothesis& hypothesis, std::span<const double> z, W
   const bool jitters = hypothesis.jumps() && point.jitter > 0.0;
   // Other sizes of the error need no other free run.
   const std::span<const double> place = z.first(hypothesis.layout().jitter);
-  const bool same = work.terms == hypothesis.terms() && work.guided == guided &&
+  const bool same = work.has_run && work.terms == hypothesis.terms() && work.guided == guided &&
                     std::equal(place.begin(), place.end(), work.place.begin(), work.place.end());
   if (!same) {
     ++work.evaluations;
-    work.place.clear();
+    work.has_run = false;
     try {
       work.penalty = run_.run(hypothesis, point, blocks_.samples(), guided ? &slips_ : nullptr,
                               work.columns, &work.stem);
     } catch (const effects::EffectError&) {
       return kImpossible;  // outside what the law accepts
     }
+    work.has_run = true;
     work.terms = hypothesis.terms();
     work.guided = guided;
     work.place.assign(place.begin(), place.end());

@@ -52,7 +52,9 @@ class Likelihood {
 
   // Buffers of one thread, for one Likelihood.
   struct Work {
-    // Of the last free run: coordinates without those of the error, effects, penalty of the slips.
+    // Of the last free run, if there is one: coordinates without those of the error, effects,
+    // penalty of the slips.
+    bool has_run = false;
     std::vector<double> place;
     Terms terms;
     bool guided = false;
