@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <initializer_list>
 #include <string_view>
 
 #include "model/estimator/constants.hpp"
@@ -25,9 +26,14 @@ std::vector<double> score_of_parts(const Fit& fit) {
 
 // Relative error of a parameter by the law itself.
 double law_missing(std::string_view parameter) {
+  const auto is_one = [&](std::initializer_list<std::string_view> names) {
+    return std::find(names.begin(), names.end(), parameter) != names.end();
+  };
   if (parameter == "s") return kLimits.missing_s;
-  if (parameter == "j") return kLimits.missing_j;
-  if (parameter == "width") return kLimits.missing_width;
+  if (is_one({"j", "width", "lag"})) return kLimits.missing_shape;
+  if (is_one({"natural_frequency", "damping", "time_constant", "seconds"})) {
+    return kLimits.missing_times;
+  }
   return kLimits.missing_other;
 }
 
