@@ -17,7 +17,7 @@ struct Limits {
   // Error (error_filter.hpp). A larger disturbance is unexplained.
   double largest_disturbance = 0.0015;  // of the PV span per root second
   std::array<double, 7> disturbances{0.0, 0.06, 0.15, 0.28, 0.45, 0.7, 1.0};  // of the largest
-  // Of the PV span.
+  // Shares of the PV span.
   std::array<double, 9> law_errors{1e-4, 4e-4, 1e-3, 2e-3, 4e-3, 8e-3, 1.6e-2, 3.2e-2, 6.4e-2};
   double law_at_rest = 0.1;  // share of the law's variance while CO rests
 

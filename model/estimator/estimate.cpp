@@ -161,7 +161,7 @@ class Estimator {
       out.after = out.before;
     } else if (names) {
       out.verdict = Verdict::missing_effect;
-      name(out, chosen, weight);
+      name(out, chosen, weight, 1.0 - unnamed);
     }
     return out;
   }
@@ -309,7 +309,7 @@ class Estimator {
   bool shadows_name(const Fit& unnamed) const {
     return std::any_of(competition_.fits.begin(), competition_.fits.end(), [&](const Fit& fit) {
       return fit.hypothesis.named() && fit.hypothesis.terms().size() == 1 &&
-             (fit.score > unnamed.score - kLimits.further_lead ||
+             (fit.score > unnamed.score - kLimits.first_lead ||
               lead_t(unnamed, fit) <= kLimits.least_t);
     });
   }
@@ -441,7 +441,9 @@ class Estimator {
            !refuted(out);
   }
 
-  void name(Estimate& out, const Fit& chosen, const std::vector<double>& weight) const {
+  // `catalogue`: probability that a law of the catalogue is the cause.
+  void name(Estimate& out, const Fit& chosen, const std::vector<double>& weight,
+            double catalogue) const {
     const auto ranges = intervals(likelihood_, chosen);
     const Point point = chosen.hypothesis.at(chosen.population.top().z);
     const auto solved = chosen.solution.solved(chosen.hypothesis, likelihood_.fixed());
@@ -454,7 +456,7 @@ class Estimator {
       }
       Found found{term.effect(point.searched[i], solved[i]),
                   term.block,
-                  std::min(confidence, kLimits.most_confidence),
+                  std::min(catalogue * confidence, kLimits.most_confidence),
                   ranges[i],
                   {}};
       if (!term.named) {

@@ -46,7 +46,7 @@ TEST_CASE("a short excursion of PV is a spike, a longer one is a disturbance",
           "[estimator][blocks]") {
   Observed observed{0.1, std::vector<double>(200, 5.0), std::vector<double>(200, 5.0), {}};
   observed.used.assign(200, true);
-  for (const std::size_t k : {40, 41, 42}) observed.pv[k] = 7.0;
+  for (std::size_t k = 40; k < 43; ++k) observed.pv[k] = 7.0;
   observed.pv[43] = 6.5;  // comes back in two steps
   for (std::size_t k = 100; k < 150; ++k) observed.pv[k] = 7.0;
   const Observed out = without_spikes(observed, 0.5, 12);
