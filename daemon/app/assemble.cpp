@@ -114,7 +114,13 @@ Assembly::Assembly(config::Configuration from_files, const std::filesystem::path
                         return host::look_at_disk(state, certificates);
                       },
                   .status = [this] { return status_of(*this); },
-                  .dropped = [this] { return historian.dropped(); }},
+                  .dropped = [this] { return historian.dropped(); },
+                  .missing_address =
+                      [this] {
+                        const bool missing = modbus && !modbus->gateway.has_address();
+                        return missing ? configuration.daemon.modbus_server->address
+                                       : std::string();
+                      }},
                  box_alarms),
       reports({.program = workbench_program(),
                .folder = std::filesystem::path(configuration.daemon.state_directory) / "reports",

@@ -45,7 +45,8 @@ class Gateway {
   void serve(std::chrono::milliseconds timeout);
 
   std::uint16_t port() const noexcept { return server_.port(); }
-  TcpServerCounters counters() const;  // from any thread
+  bool has_address() const { return server_.has_address(); }  // from any thread
+  TcpServerCounters counters() const;                         // from any thread
   std::optional<SerialServerCounters> serial_counters()
       const;                  // from any thread; nullopt without a serial line
   ServerState state() const;  // from any thread; state of the last round

@@ -7,6 +7,7 @@
 #include <netinet/in.h>
 #include <netinet/tcp.h>
 #include <poll.h>
+#include <spdlog/spdlog.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -101,11 +102,31 @@ void TcpServer::listen_at_address() {
   const int on = 1;
   setsockopt(listener_, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
   const auto* const raw = reinterpret_cast<const sockaddr*>(&address);
-  if (bind(listener_, raw, length) != 0 || listen(listener_, SOMAXCONN) != 0) {
+  int bound = bind(listener_, raw, length);
+  if (bound != 0 && errno == EADDRNOTAVAIL) {
+    spdlog::warn("{}: this host does not have the address yet", where);
+    const bool v4 = address.ss_family == AF_INET;
+    setsockopt(listener_, v4 ? IPPROTO_IP : IPPROTO_IPV6, v4 ? IP_FREEBIND : IPV6_FREEBIND, &on,
+               sizeof on);
+    bound = bind(listener_, raw, length);
+  }
+  if (bound != 0 || listen(listener_, SOMAXCONN) != 0) {
     const int error = errno;
     close(listener_);
     throw failure(where, error);
   }
+}
+
+bool TcpServer::has_address() const {
+  if (settings_.listener >= 0) return true;
+  sockaddr_storage address{};
+  const socklen_t length = parse(settings_.address, 0, address);
+  const int probe = socket(address.ss_family, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+  if (probe < 0) return true;  // not known: no alarm
+  const bool missing = bind(probe, reinterpret_cast<const sockaddr*>(&address), length) != 0 &&
+                       errno == EADDRNOTAVAIL;
+  close(probe);
+  return !missing;
 }
 
 TcpServer::~TcpServer() {

@@ -50,7 +50,8 @@ class TcpServer {
  public:
   using Answer = std::function<Reply(std::span<const std::uint8_t> request, const Peer& peer)>;
 
-  // Starts listening. Throws std::runtime_error.
+  // Starts listening. If the host does not have the address yet, connections work as soon as it
+  // has it. Throws std::runtime_error.
   TcpServer(TcpServerSettings settings, base::PeerList peers, base::Clock& clock, Answer answer);
   TcpServer(const TcpServer&) = delete;
   TcpServer& operator=(const TcpServer&) = delete;
@@ -61,6 +62,8 @@ class TcpServer {
   void serve(std::chrono::milliseconds timeout, int also = -1);
 
   std::uint16_t port() const noexcept { return port_; }
+  // Returns true if the host has the address that this server listens at. From any thread.
+  bool has_address() const;
   // All data that arrived before this time have been read. Exceptions are clients that wait for an
   // answer, are above their rate, or sent more than the server reads in a round.
   std::int64_t read_ns() const noexcept { return read_ns_; }

@@ -30,6 +30,16 @@ void judge_disk(const BoxLook& look, std::optional<bool>& found, std::string& wh
   }
 }
 
+void judge_services(const BoxLook& look, std::optional<bool>& found, std::string& why) {
+  std::vector<std::string> failed = look.failed_services.value_or(std::vector<std::string>{});
+  if (!look.missing_address.empty()) {
+    failed.push_back(
+        fmt::format("Modbus server: this host has no address {}", look.missing_address));
+  }
+  if (look.failed_services || !failed.empty()) found = !failed.empty();
+  why = names(failed);
+}
+
 void judge_certificates(const BoxLook& look, std::optional<bool>& found, std::string& why) {
   if (!look.disk) return;
   std::vector<std::string> ending;
@@ -76,10 +86,7 @@ BoxReport HostJudge::judge(const BoxLook& look) {
 
   found(BoxAlarm::feeder_lost) = !look.lost_feeders.empty();
   why(BoxAlarm::feeder_lost) = names(look.lost_feeders);
-  if (look.failed_services) {
-    found(BoxAlarm::service_failed) = !look.failed_services->empty();
-    why(BoxAlarm::service_failed) = names(*look.failed_services);
-  }
+  judge_services(look, found(BoxAlarm::service_failed), why(BoxAlarm::service_failed));
   judge_certificates(look, found(BoxAlarm::certificate_expires),
                      why(BoxAlarm::certificate_expires));
 

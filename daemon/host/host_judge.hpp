@@ -36,7 +36,8 @@ struct BoxLook {
   std::string journal_error{};
   std::vector<std::string> lost_feeders{};
   std::optional<std::vector<std::string>> failed_services{};  // nullopt: systemd can't be asked
-  std::uint64_t dropped = 0;                                  // cycles since the start
+  std::string missing_address{};  // of the Modbus server; empty: the host has it
+  std::uint64_t dropped = 0;      // cycles since the start
 };
 
 // Judges a check against the previous one. It uses no clock.

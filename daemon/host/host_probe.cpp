@@ -49,6 +49,7 @@ BoxLook HostProbe::look() {
                .disk_wait_s = std::max(disk_.seconds(), status.recorder.disk_wait_s),
                .journal_error = status.journal.error,
                .failed_services = failed_services(),
+               .missing_address = sources_.missing_address(),
                .dropped = sources_.dropped()};
   for (const protocol::FeederStatus& feeder : status.feeders) {
     if (!feeder.connected) look.lost_feeders.push_back(feeder.name);

@@ -30,7 +30,8 @@ struct BoxSources {
   std::function<DiskLook()> disk;
   std::function<protocol::DaemonStatus()> status;
   std::function<std::uint64_t()> dropped;  // cycles for which recorder or monitor was too slow
-  std::chrono::milliseconds period{5000};  // between two checks
+  std::function<std::string()> missing_address;  // of the Modbus server; empty: the host has it
+  std::chrono::milliseconds period{5000};        // between two checks
 };
 
 class HostProbe {

@@ -24,9 +24,13 @@ AlarmGuide guide_of(BoxAlarm kind) noexcept {
               "The state of these loops is unknown",
               "Check the service of the feeder and its log. Start it", "1 hour"};
     case BoxAlarm::service_failed:
-      return {"A service of the box (page, edge, notify, feed) has failed and does not restart",
-              "Alarms may not reach the operator",
-              "Run `systemctl status` for the named service. Start it", "1 hour"};
+      return {
+          "A service of the box (page, edge, notify, feed) has failed and does not restart, or the "
+          "host does not have the address of the Modbus server",
+          "Alarms may not reach the operator. Masters can't connect without the address",
+          "Run `systemctl status` for the named service, and start it. For an address, check "
+          "the network of the host and `modbus_server.address`",
+          "1 hour"};
     case BoxAlarm::certificate_expires:
       return {"A certificate expires within 14 days",
               "After that, browsers and servers refuse the box", "Renew the named certificate",

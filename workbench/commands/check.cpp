@@ -2,6 +2,7 @@
 // loopwarden check: validates configuration folders, loop files, loop models, and specialists.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -105,12 +106,16 @@ int run_check(const CheckOptions& options) {
   int exit_code = kExitOk;
   nlohmann::json results = nlohmann::json::array();
   for (const std::string& path : options.files) {
-    const Checked result = check(path);
+    Checked result = check(path);
     if (!result.good) exit_code = kExitConfiguration;
     if (options.json) {
       results.push_back(as_json(path, result));
       continue;
     }
+    std::stable_sort(result.diagnostics.begin(), result.diagnostics.end(),
+                     [](const config::Diagnostic& a, const config::Diagnostic& b) {
+                       return a.level > b.level;  // errors, warnings, notes
+                     });
     fmt::print(stderr, "{}", config::to_text(result.diagnostics));
     if (result.good) fmt::print("{}: ok, {}\n", path, result.summary);
   }

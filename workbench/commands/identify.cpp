@@ -35,24 +35,20 @@ struct IdentifyOptions {
 struct IdentifyFindings {
   analysis::Identification process;
   std::optional<analysis::Tangent> tangent;
-  std::string no_tangent;
   std::optional<analysis::StepMetrics> metrics;
 };
 
 IdentifyFindings look_at(const record::Record& record) {
   IdentifyFindings f;
   f.process = analysis::identify(record.view());
-  if (f.process.closed_loop) {
-    f.no_tangent = "the record needs a manual step of CO";
-    return f;
-  }
+  if (f.process.closed_loop) return f;
   try {
     f.tangent = analysis::tangent_method(record.co, record.pv, record.period_s);
     const auto from = static_cast<std::size_t>(f.tangent->step_time_s / record.period_s + 0.5);
     f.metrics = analysis::step_metrics(std::span(record.pv).subspan(from), f.tangent->before,
                                        f.tangent->final_value, record.period_s);
-  } catch (const analysis::IdentificationError& e) {
-    f.no_tangent = e.what();
+  } catch (const analysis::IdentificationError&) {  // no single step of CO
+    f.tangent.reset();
   }
   return f;
 }
@@ -148,17 +144,9 @@ void print_found(const IdentifyFindings& f) {
     print_row("s, CO units", with_interval(p.cycle->s));
     print_row("j, CO units", with_interval(p.cycle->j));
   }
-  fmt::print(
-      "{}, driven by CO, explains {:.2f} % of PV and leaves {:.4g} PV units (rms); one sample\n"
-      "ahead, with a noise model of order {}, {:.4g} are left.\n",
-      p.cycle && p.fits.size() == 1 ? "Valve and process together" : "The process alone",
-      best.fit_percent, best.rmse, best.noise_order, best.prediction_rms);
-  if (p.fits.size() > 1) fmt::print("Other forms:");
-  for (const analysis::ProcessFit& fit : p.fits) {
-    if (fit.form == best.form) continue;
-    fmt::print(" {} ({:+.1f})", to_text(fit.form), fit.criterion - best.criterion);
-  }
-  if (p.fits.size() > 1) fmt::print(" (difference in BIC; lower is better).\n");
+  fmt::print("Fit: {} {} {:.1f} % of PV. Remaining error: {:.4g} PV units (RMS).\n",
+             p.cycle && p.fits.size() == 1 ? "valve and process" : "the process",
+             p.cycle && p.fits.size() == 1 ? "explain" : "explains", best.fit_percent, best.rmse);
   if (f.tangent) {
     fmt::print("Tangent: gain {:.4g}, time constant {:.4g} s, dead time {:.4g} s\n",
                f.tangent->process.gain, f.tangent->process.time_constant_s,
@@ -168,8 +156,6 @@ void print_found(const IdentifyFindings& f) {
         "after {:.4g} s\n",
         f.metrics->delay_s, f.metrics->rise_10_90_s, 100.0 * f.metrics->overshoot,
         f.metrics->settling_2_s);
-  } else {
-    fmt::print("No tangent: {}\n", f.no_tangent);
   }
   fmt::print("For a model file:\nprocess:\n");
   const plant::ProcessParameters process = best.process();

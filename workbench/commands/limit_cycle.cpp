@@ -148,8 +148,8 @@ std::string pair_text(double predicted, double simulated) {
 }
 
 void print_grid(const std::vector<Row>& rows) {
-  fmt::print("{:<12} {:<24} {:>28} {:>28} {:>28}\n", "", "", "period, s", "PV amplitude",
-             "CO amplitude");
+  fmt::print("{:<12} {:<24} {:>28} {:>28} {:>28}\n", "", "", "period, s", "PV amplitude, PV units",
+             "CO amplitude, CO units");
   fmt::print("{:<12} {:<24} {:>9} {:>9} {:>6}   {:>9} {:>9} {:>6}   {:>9} {:>9} {:>6}\n", "loop",
              "valve", "predicted", "simulated", "ratio", "predicted", "simulated", "ratio",
              "predicted", "simulated", "ratio");
@@ -268,19 +268,21 @@ void print_one(const analysis::LinearLoop& loop, const analysis::Margins& m, con
                const std::vector<analysis::LimitCycle>& cycles) {
   fmt::print("valve: {}\n",
              row.valve.backlash
-                 ? fmt::format("backlash, dead band {:g}", row.valve.s)
-                 : fmt::format("stiction, S {:g}, J {:g}", row.valve.s, row.valve.j));
+                 ? fmt::format("backlash, dead band {:g} CO units", row.valve.s)
+                 : fmt::format("stiction, stick band S {:g} CO units, jump J {:g} CO units",
+                               row.valve.s, row.valve.j));
   if (row.simulated.cycles) {
     fmt::print(
-        "simulation: the loop cycles, period {:.4g} s, PV +-{:.4g} PV units, CO +-{:.4g} CO "
+        "simulation: limit cycle, period {:.4g} s, amplitude of PV {:.4g} PV units, of CO {:.4g} "
+        "CO "
         "units\n",
         row.simulated.period_s, row.simulated.pv_amplitude, row.simulated.co_amplitude);
   } else {
     fmt::print("simulation: no limit cycle\n");
   }
   fmt::print(
-      "linear loop: gain margin {:.3g}, phase margin {:.3g} deg, delay margin {:.3g} s, Ms "
-      "{:.3g}\n",
+      "linear loop: gain margin {:.3g}, phase margin {:.3g} deg, delay margin {:.3g} s, largest "
+      "sensitivity (Ms) {:.3g}\n",
       m.gain_margin, m.phase_margin_deg, m.delay_margin_s, m.sensitivity);
   for (const std::string& name : loop.left_out) {
     if (analysis::is_valve_nonlinearity(name)) continue;
@@ -288,8 +290,8 @@ void print_one(const analysis::LinearLoop& loop, const analysis::Margins& m, con
   }
   for (const analysis::LimitCycle& cycle : cycles) {
     fmt::print(
-        "describing function: {} limit cycle, period {:.4g} s, PV +-{:.4g} PV units, CO +-{:.4g} "
-        "CO units\n",
+        "describing function: {} limit cycle, period {:.4g} s, amplitude of PV {:.4g} PV units, of "
+        "CO {:.4g} CO units\n",
         cycle.stable ? "stable" : "unstable", cycle.period_s, cycle.pv_amplitude,
         cycle.co_amplitude);
   }

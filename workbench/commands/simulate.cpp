@@ -85,10 +85,10 @@ void report(const plant::LoopModel& model, const SimulateOptions& options, const
              model.sample_time_s, static_cast<double>(run.pv.size()) * model.sample_time_s,
              model.scenario.seed);
   fmt::print(
-      "SP - PV: rms {:.4g}, mean {:.4g}; PV oscillates by +-{:.4g}{}\n", m.rms_error, m.mean_error,
-      m.amplitude,
-      m.period_s > 0.0 ? fmt::format(" with a period of {:.4g} s", m.period_s) : std::string());
-  fmt::print("stem travel {:.4g} CO units/h, {:.4g} reversals/h\n", m.travel_per_hour,
+      "SP - PV: RMS {:.4g} PV units, mean {:.4g} PV units\nPV: amplitude {:.4g} PV units{}\n",
+      m.rms_error, m.mean_error, m.amplitude,
+      m.period_s > 0.0 ? fmt::format(", period {:.4g} s", m.period_s) : std::string());
+  fmt::print("stem: travel {:.5g} CO units/h, {:.0f} reversals/h\n", m.travel_per_hour,
              m.reversals_per_hour);
 }
 

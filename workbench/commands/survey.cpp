@@ -58,7 +58,9 @@ void print_failed(const nlohmann::json& failed) {
     if (!why.starts_with(file)) {
       why = fmt::format("{}: {}: {}", file, problem.value("loop", "loop"), why);
     }
-    if (said.insert(why).second) fmt::print(stderr, "failed: {}\n", why);
+    const bool skipped = problem.value("lost", "loop") == "signals";
+    if (said.insert(why).second)
+      fmt::print(stderr, "{}: {}\n", skipped ? "skipped" : "failed", why);
   }
 }
 
@@ -119,7 +121,7 @@ void print_survey(const nlohmann::json& survey, const fs::path& out, bool as_jso
   }
   std::string counts;
   for (const auto& [step, count] : steps) counts += fmt::format(", {} {}", count, step);
-  fmt::print("{} loops{}\n", loops.size(), counts);
+  fmt::print("{} loop{}{}\n", loops.size(), loops.size() == 1 ? "" : "s", counts);
   fmt::print("{:>5}  {:<28} {:<16} {:>7} {:>10} {:>6}  {}\n", "rank", "loop", "verdict", "valve %",
              "period s", "group", "next");
   for (std::size_t k = 0; k < std::min(kLinesShown, loops.size()); ++k) {
@@ -145,7 +147,6 @@ void print_survey(const nlohmann::json& survey, const fs::path& out, bool as_jso
       !found.empty()) {
     fmt::print("{}\n", found);
   }
-  print_failed(survey.at("failed"));
   fmt::print("{}\n", (out / "survey.html").string());
 }
 
@@ -249,6 +250,7 @@ int run_survey(const SurveyCommand& given) {
   if (!options.merge.empty()) {
     const nlohmann::json survey =
         write_survey({options.merge.begin(), options.merge.end()}, out, options.outcomes);
+    if (!options.json) print_failed(survey.at("failed"));
     print_survey(survey, out, options.json);
     against.tell(survey, out);
     return exit_code_of(survey.at("failed"));
@@ -279,10 +281,10 @@ int run_survey(const SurveyCommand& given) {
     fmt::print("{}\n", sentence_of(survey));
     return exit_code_of(survey.at("failed"));
   }
+  if (!options.json) print_failed(survey.at("failed"));
+  fmt::print(stderr, "{}\n", count_text(count, survey.at("failed")));
   print_survey(survey, out, options.json);
   against.tell(survey, out);
-  std::fflush(stdout);
-  fmt::print(stderr, "{}\n", count_text(count, survey.at("failed")));
   return exit_code_of(survey.at("failed"));
 }
 

@@ -175,8 +175,13 @@ std::string counts_html(const json& survey, const std::map<std::string, int>& ne
     const auto at = next.find(what);
     html += fmt::format("<li><b>{}</b>{}</li>", at == next.end() ? 0 : at->second, what);
   }
+  const json& failed = survey.at("failed");
+  const auto skipped = std::count_if(failed.begin(), failed.end(), [](const json& problem) {
+    return problem.value("lost", "loop") == "signals";
+  });
   return html +
-         fmt::format("<li><b>{}</b>could not be read</li></ul>\n", survey.at("failed").size());
+         fmt::format("<li><b>{}</b>without PV or CO</li><li><b>{}</b>could not be read</li></ul>\n",
+                     skipped, static_cast<std::ptrdiff_t>(failed.size()) - skipped);
 }
 
 std::string list_head() {
@@ -188,7 +193,7 @@ std::string list_head() {
                                 Heading{"Loop", "text"},
                                 Heading{"PV", "text"},
                                 Heading{"Verdict", "text"},
-                                Heading{"p %", "wide"},
+                                Heading{"Valve %", "wide"},
                                 Heading{"Period", "wide"},
                                 Heading{"Group", "wide"},
                                 Heading{"Automatic %", "wide"},
@@ -252,7 +257,7 @@ std::string groups_html(const json& groups, const PageNames& pages) {
 std::string failed_html(const json& failed) {
   if (failed.empty()) return {};
   std::string html =
-      "<h2>Could not be read</h2>\n<table><thead><tr><th class=\"text\">File</th><th "
+      "<h2>Skipped, or could not be read</h2>\n<table><thead><tr><th class=\"text\">File</th><th "
       "class=\"text\">Loop</th><th class=\"text\">Why</th></tr></thead><tbody>\n";
   for (const json& f : failed) {
     html += fmt::format(
@@ -267,9 +272,9 @@ std::string list_page(const json& survey, const PageNames& pages) {
   std::map<std::string, int> next;
   for (const json& loop : survey.at("loops")) ++next[loop.at("next").at("what").get<std::string>()];
   std::string html = head("Survey", "assets/") + "</head><body>\n<h1>Survey</h1>\n";
-  html +=
-      fmt::format("<p class=\"note\">{} loops, worst first. Each line links to its evidence.</p>\n",
-                  survey.at("loops").size());
+  html += fmt::format(
+      "<p class=\"note\">{} loop{}, worst first. Each line links to its evidence.</p>\n",
+      survey.at("loops").size(), survey.at("loops").size() == 1 ? "" : "s");
   html += counts_html(survey, next);
   if (const std::string text = precision_text(survey.at("outcomes")); !text.empty())
     html += fmt::format("<p class=\"note\">{}.</p>\n", escaped(text));
@@ -430,7 +435,7 @@ std::string windows_html(const json& loop) {
   }
   html += fmt::format(
       "</div>\n<div class=\"scroll\"><table><thead><tr><th class=\"text\">From</th><th "
-      "class=\"text\">Verdict</th><th>p %</th><th>Period</th><th>Regularity</th><th>Automatic "
+      "class=\"text\">Verdict</th><th>Valve %</th><th>Period</th><th>Regularity</th><th>Automatic "
       "%</th><th>At limit %</th><th>Error rms{0}</th><th>SP crossings "
       "/h</th><th>Variability</th><th>Dead time s</th><th>Travel /h</th><th>Turns "
       "/h</th><th>Noise{0}</th></tr></thead><tbody>\n",

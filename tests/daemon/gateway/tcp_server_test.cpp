@@ -391,6 +391,16 @@ TEST_CASE("random and mutated frames: the server lives and serves the others", "
   }
 }
 
+TEST_CASE("an address that the host does not have yet is reported, and the server waits for it",
+          "[gateway][tcp]") {
+  Bench bench;
+  CHECK(bench.server->has_address());
+  Bench waits({.address = "192.0.2.1"});  // an address for documents
+  CHECK_FALSE(waits.server->has_address());
+  CHECK(waits.server->port() != 0);
+  waits.rounds(2);
+}
+
 TEST_CASE("a port that is in use is reported", "[gateway][tcp]") {
   Bench bench;
   TcpServerSettings settings;

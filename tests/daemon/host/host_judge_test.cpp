@@ -112,6 +112,16 @@ TEST_CASE("feeders and services are named; without systemd no service is reporte
   CHECK_FALSE(judge.judge(look).found[index_of(BoxAlarm::service_failed)]);
 }
 
+TEST_CASE("a missing address of the Modbus server is reported, also without systemd", "[box]") {
+  HostJudge judge;
+  BoxLook look = healthy(0);
+  look.failed_services.reset();
+  look.missing_address = "192.0.2.1";
+  CHECK(on(judge.judge(look), BoxAlarm::service_failed));
+  CHECK(why(judge.judge(look), BoxAlarm::service_failed) ==
+        "Modbus server: this host has no address 192.0.2.1");
+}
+
 TEST_CASE("cycles that were dropped before the start are not reported", "[box]") {
   HostJudge judge;
   BoxLook look = healthy(0);

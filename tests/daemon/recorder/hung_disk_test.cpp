@@ -354,6 +354,7 @@ TEST_CASE(
                                 return status;
                               },
                           .dropped = [&] { return dropped++; },
+                          .missing_address = [] { return std::string(); },
                           .period = milliseconds(20)},
                          bench.box_alarms);
   const auto on = [&](BoxAlarm kind) { return bench.box_alarms.alarms().alarm(kind).active(); };

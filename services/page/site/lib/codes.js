@@ -52,3 +52,11 @@ export function priority(alarm, severe_percent) {
   if (alarm.priority ? ['high', 'critical'].includes(alarm.priority) : ACTED_ON_NOW.has(alarm.alarm)) return 'high';
   return typeof alarm.severity_percent === 'number' && alarm.severity_percent >= severe_percent ? 'high' : 'low';
 }
+
+// The word next to the sign, by priority: critical and high `now`, medium `soon`, low `plan`. A severe valve fault is `shift`.
+export const HASTES = ['now', 'shift', 'soon', 'plan'];
+export function haste(alarm, severe_percent) {
+  if (priority({...alarm, severity_percent: null}, severe_percent) === 'high') return 'now';
+  if (priority(alarm, severe_percent) === 'high') return 'shift';
+  return alarm.priority === 'medium' ? 'soon' : 'plan';
+}

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Makes the lines that an operator sees: one line for an incident with its alarms, and one for each other alarm. Pure.
-import {BOX, priority, shown, waits} from './codes.js';
+import {BOX, HASTES, haste, priority, shown, waits} from './codes.js';
 
 // A line: loop, state, its subject (`incident` or `alarm`), and its alarms, newest first.
 function incidentLine(incident, alarms) {
@@ -8,11 +8,12 @@ function incidentLine(incident, alarms) {
   const sized = alarms.filter((alarm) => typeof alarm.severity_percent === 'number').sort((a, b) => b.severity_percent - a.severity_percent)[0];
   return {loop: incident.loop, incident, alarms, name: incident.name, raised_ms: 1000 * incident.raised_s,
     state: waiting?.state ?? on?.state ?? alarms[0].state, active: Boolean(on), size: sized?.alarm === incident.name ? sized.severity_percent : null,
-    grave: (severe) => (alarms.some((alarm) => priority(alarm, severe) === 'high') ? 'high' : 'low')};
+    grave: (severe) => (alarms.some((alarm) => priority(alarm, severe) === 'high') ? 'high' : 'low'),
+    haste: (severe) => HASTES.find((one) => alarms.some((alarm) => haste(alarm, severe) === one))};
 }
 
 const alarmLine = (alarm) => ({loop: alarm.loop, alarm, alarms: [alarm], name: alarm.alarm, raised_ms: alarm.raised_ms, state: alarm.state,
-  active: alarm.active, size: alarm.severity_percent, firstOut: alarm.first_out, grave: (severe) => priority(alarm, severe)});
+  active: alarm.active, size: alarm.severity_percent, firstOut: alarm.first_out, grave: (severe) => priority(alarm, severe), haste: (severe) => haste(alarm, severe)});
 
 export function linesOf(alarms, incidents) {
   const seen = alarms.filter((alarm) => shown(alarm.state) || alarm.active), lines = [], told = new Set();

@@ -51,7 +51,7 @@ function tableOf(caption, lines, chosen, ofLoops = true) {
   const columns = [{head: t.state}, ofLoops && {head: t.loop}, {head: t.alarm, row: true}, ofLoops && {head: t.size, class: 'number'}, {head: t.raised, class: 'time'}].filter(Boolean);
   const rowOf = (line) => {
     const grave = line.grave(live.severe_percent);
-    return [[stateCell(line.state, grave), el('small', {}, texts.priority[grave]), acknowledgeButton(line)], ofLoops && el('a', {href: ownerHref(line.loop)}, ownerName(line.loop)),
+    return [[stateCell(line.state, grave), el('small', {}, texts.haste[line.haste(live.severe_percent)]), acknowledgeButton(line)], ofLoops && el('a', {href: ownerHref(line.loop)}, ownerName(line.loop)),
       el('span', {}, el('a', {href: hrefOf(line.loop, partOf(line)), class: 'choose'}, nameOf(line.name)), line.firstOut ? el('span', {class: 'first-out'}, icon('first'), t.firstOut) : null,
         line.alarms.length > 1 || line.alarms[0].alarm !== line.name ? raisedBy(line) : null),
       ofLoops && (typeof line.size === 'number' ? sizeText(line.size) : ''), wall().dateTime(line.raised_ms)].filter((cell) => cell !== false);

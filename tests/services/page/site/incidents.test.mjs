@@ -17,6 +17,7 @@ test('an incident is one line with the alarms that it raised', () => {
   assert.equal(first.size, 6);
   assert.equal(first.grave(5), 'high');
   assert.equal(first.grave(7), 'low');
+  assert.deepEqual([first.haste(5), first.haste(7)], ['shift', 'plan']);
   assert.deepEqual(first.alarms.map((a) => a.alarm), ['stiction', 'model_gap']);
   assert.deepEqual(lines.slice(1).map((line) => [line.loop, partOf(line)]), [['A', 'bad_pv'], ['B', 'backlash']]);
 });
@@ -54,7 +55,7 @@ test('an alarm is marked as the first only if another one of its loop followed',
 test('an alarm of the box is a line of the box, and links to it', () => {
   const [line] = linesOf([alarm('box', 'disk_full', 'unacknowledged', {priority: 'high'})], []);
   assert.equal(ofBox(line), true);
-  assert.deepEqual([line.name, partOf(line), line.grave(5)], ['disk_full', 'disk_full', 'high']);
+  assert.deepEqual([line.name, partOf(line), line.grave(5), line.haste(5)], ['disk_full', 'disk_full', 'high', 'now']);
   assert.equal(ownerHref('box'), '#/system');
   assert.equal(ownerHref('FIC 1/2'), '#/loop/FIC%201%2F2');
   assert.equal(ofBox({loop: 'FIC-101'}), false);

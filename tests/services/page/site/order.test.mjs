@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 import assert from 'node:assert/strict';
 import test from 'node:test';
-import {actionsOf, priority, quality} from '../../../../services/page/site/lib/codes.js';
+import {actionsOf, haste, priority, quality} from '../../../../services/page/site/lib/codes.js';
 import {arranged, arrangedAlarms, counts, urgency} from '../../../../services/page/site/lib/order.js';
 
 // Returns columns of healthy loops, with changes as {place: {column: value}}.
@@ -107,4 +107,7 @@ test('codes have their names', () => {
   assert.equal(priority({alarm: 'not_normal_mode', severity_percent: null}, 5), 'low');
   assert.equal(priority({alarm: 'pv_high', priority: 'critical', severity_percent: null}, 5), 'high');
   assert.equal(priority({alarm: 'bad_pv', priority: 'medium', severity_percent: null}, 5), 'low');
+  const hasteOf = (priority, severity_percent) => haste({alarm: 'stiction', priority, severity_percent}, 5);
+  assert.deepEqual(['critical', 'high', 'medium', 'low'].map((one) => hasteOf(one, null)), ['now', 'now', 'soon', 'plan']);
+  assert.deepEqual([hasteOf('low', 6), hasteOf('low', 4), hasteOf('high', 6)], ['shift', 'plan', 'now']);
 });
