@@ -29,7 +29,7 @@ constexpr double kLeastEffect = 0.0015;    // of the PV span: a smaller effect d
 
 // Linear dynamics and curves: a model that does not know the process can't lack them.
 bool changes_process(const Candidate& c) {
-  return c.smooth && (c.block == Block::process || c.block == Block::valve);
+  return c.bends || (c.smooth && (c.block == Block::process || c.block == Block::valve));
 }
 
 std::vector<Candidate> catalogue_for(const Observed& observed, const LoopFacts& loop,

@@ -169,7 +169,7 @@ TEST_CASE("a clipped reading is told from a curve", "[estimator][estimate]") {
   const Estimate clipped = estimate(record_of(truth), model, options, in_order);
   REQUIRE(names_of(clipped) == "clipped_measurement");
   CHECK(clipped.effects[0].spec.parameters.at("high") == Approx(6.0).margin(0.1));
-  CHECK(clipped.after.holdout < 1.3 * clipped.noise_rms);
+  CHECK(clipped.after.holdout < 1.3 * model.transmitter.noise);
 
   truth.transmitter_effects = {{"meter_curve", {{"share", 0.6}}, {{"curve", "root"}}}};
   const Estimate bent = estimate(record_of(truth), model, options, in_order);
