@@ -30,7 +30,7 @@ constexpr double kLeastEffect = 0.0015;    // of the PV span: a smaller effect d
 
 // Linear dynamics and curves: a model that does not know the process can't lack them.
 bool changes_process(const Candidate& c) {
-  return c.smooth && (c.block == Block::process || c.block == Block::valve);
+  return c.bends || (c.smooth && (c.block == Block::process || c.block == Block::valve));
 }
 
 std::vector<Candidate> catalogue_for(const Observed& observed, const LoopFacts& loop,
@@ -161,7 +161,7 @@ class Estimator {
     out.chosen = chosen.hypothesis.title();
     out.chosen_left = out.after;
     const bool names = !chosen.hypothesis.terms().empty();
-    if (names) name(out, chosen, weight);
+    if (names) name(out, chosen, weight, 1.0 - unnamed);
     if (!explained(out, chosen)) {
       out.verdict = Verdict::unexplained;
       out.nearest = std::exchange(out.effects, {});
@@ -323,7 +323,7 @@ class Estimator {
   bool shadows_name(const Fit& unnamed) const {
     return std::any_of(competition_.fits.begin(), competition_.fits.end(), [&](const Fit& fit) {
       return fit.hypothesis.named() && fit.hypothesis.terms().size() == 1 &&
-             (fit.score > unnamed.score - kLimits.further_lead ||
+             (fit.score > unnamed.score - kLimits.first_lead ||
               lead_t(unnamed, fit) <= kLimits.least_t);
     });
   }
@@ -466,7 +466,9 @@ class Estimator {
             {numeric::quantile(moments, 0.025), numeric::quantile(moments, 0.975)}};
   }
 
-  void name(Estimate& out, const Fit& chosen, const std::vector<double>& weight) const {
+  // `catalogue`: probability that a law of the catalogue is the cause.
+  void name(Estimate& out, const Fit& chosen, const std::vector<double>& weight,
+            double catalogue) const {
     const auto ranges = intervals(likelihood_, chosen);
     const Point point = chosen.hypothesis.at(chosen.population.top().z);
     const auto solved = chosen.solution.solved(chosen.hypothesis, likelihood_.fixed());
@@ -479,7 +481,7 @@ class Estimator {
       }
       Found found{term.effect(point.searched[i], solved[i]),
                   term.block,
-                  std::min(confidence, kLimits.most_confidence),
+                  std::min(catalogue * confidence, kLimits.most_confidence),
                   ranges[i],
                   {},
                   moment_of(chosen, i)};

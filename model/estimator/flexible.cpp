@@ -168,6 +168,10 @@ class FlexibleColumns {
 
 // A curve that isn't exactly the stated one is still a curve.
 bool is_of(const Hypothesis& hypothesis, Family family) {
+  // A model that does not know the process can lack neither dynamics nor a curve.
+  const bool of_process =
+      family == kStatic || family == kDynamic || family == kByState || family == kMeterCurve;
+  if (hypothesis.wide() && of_process) return true;
   switch (family) {
     case kStatic: return hypothesis.contains("valve_characteristic");
     case kGainByTime: return hypothesis.contains("varying_gain");

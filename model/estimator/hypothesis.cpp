@@ -2,6 +2,7 @@
 #include "model/estimator/hypothesis.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <string_view>
@@ -46,6 +47,13 @@ double random_level(const plant::LoopModel& model) {
     square += 0.5 * intensity * intensity * spec.parameters.at("time_constant");
   }
   return std::sqrt(square);
+}
+
+bool is_linear_dynamics(std::string_view name) {
+  constexpr std::array<std::string_view, 5> kNames{"extra_lag", "extra_dead_time",
+                                                   "inverse_response", "oscillatory_process",
+                                                   "positioner_overshoot"};
+  return std::find(kNames.begin(), kNames.end(), name) != kNames.end();
 }
 
 }  // namespace
@@ -192,6 +200,8 @@ bool Hypothesis::contains(std::string_view name) const noexcept {
 
 bool compatible(const Law& a, const Law& b) {
   if (std::string_view(a.name) == b.name) return false;
+  // Two of these have the form of a third one.
+  if (is_linear_dynamics(a.name) && is_linear_dynamics(b.name)) return false;
   if (a.friction && b.friction) return false;
   // Friction for a stretch of the record follows what another effect leaves there.
   if ((a.friction && a.at_one_moment) || (b.friction && b.at_one_moment)) return false;
