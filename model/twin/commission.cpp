@@ -43,6 +43,7 @@ constexpr double kLeastSpMove =
     0.002;  // of the PV span: what is a move of SP in the twin's scenario
 constexpr std::size_t kMostSpMoves = 400;
 // What is left is none of the twin's business up to so many floors; from fewer on it is remarked.
+constexpr double kLeastClosedByRound = 0.8;
 constexpr double kFewFloors = 2.0;
 constexpr double kRemarked = 1.5;
 constexpr double kMatters = 0.5;  // of what is left: what follows SP or CO
@@ -283,7 +284,9 @@ class Commissioner {
         challenged = true;
         continue;
       }
-      if (last.verdict != estimator::Verdict::missing_effect) break;
+      const bool nearly = last.verdict == estimator::Verdict::unexplained &&
+                          !last.nearest.empty() && explains_most(last);
+      if (last.verdict != estimator::Verdict::missing_effect && !nearly) break;
       add_stage(take_in(last), fit_);
     }
     polish();
@@ -308,6 +311,12 @@ class Commissioner {
     return false;
   }
 
+  // Whether the chosen hypothesis leaves little of the gap.
+  static bool explains_most(const estimator::Estimate& found) {
+    return gap_closed(found.before.holdout, found.chosen_left.holdout, found.noise_rms) >=
+           kLeastClosedByRound;
+  }
+
   bool is_healthy(const estimator::Found& effect) const {
     return why_not_healthy(effect.spec, effect.block, out_.given, request_.healthy_limit_percent)
         .empty();
@@ -326,7 +335,8 @@ class Commissioner {
   std::string take_in(const estimator::Estimate& found) {
     LoopModel next = fit_.model;
     std::string names;
-    for (const estimator::Found& effect : found.effects) {
+    // A curve of another form explains nearly all, and is bent to the record then.
+    for (const estimator::Found& effect : found.effects.empty() ? found.nearest : found.effects) {
       if (!is_healthy(effect)) continue;
       add_effect(effect, next);
       names += (names.empty() ? "" : " and ") + words(effect.spec.name);
