@@ -346,7 +346,7 @@ class Commissioner {
     const bool curved =
         std::any_of(next.valve_effects.begin(), next.valve_effects.end(),
                     [](const auto& spec) { return spec.name == "valve_characteristic"; });
-    if (curved && record_.has_co()) fit_ = bend_characteristic(fitted_, fit_);
+    if (curved) bend();
     return names;
   }
 
@@ -377,6 +377,16 @@ class Commissioner {
     show(effect);
   }
 
+  // Its points are solved for at the present curve, so it is bent until it stays.
+  void bend() {
+    constexpr int kMostBends = 4;
+    for (int i = 0; i < kMostBends && record_.has_co(); ++i) {
+      ProcessFit next = bend_characteristic(fitted_, fit_);
+      if (!(next.log_likelihood > fit_.log_likelihood)) return;
+      fit_ = std::move(next);
+    }
+  }
+
   double most_friction() const {
     if (!out_.given.has_valve || !record_.has_co()) return 0.0;
     return 0.01 * request_.healthy_limit_percent * out_.given.controller.pid.output_span();
@@ -384,7 +394,7 @@ class Commissioner {
 
   // Characteristic and friction, which are too small to be called missing.
   void polish() {
-    if (record_.has_co()) fit_ = bend_characteristic(fitted_, fit_);
+    bend();
     double percent = 0.0;
     fit_ = add_friction(fitted_, fit_, most_friction(), percent);
     if (!(percent > 0.0)) return;
@@ -398,9 +408,9 @@ class Commissioner {
     // The last third may be noisier.
     const double noise = std::max(fitted_.noise_rms, checked_.quality.noise_rms);
     const double load = disturbance_of(fitted_, fit_.pv);
-    const double of_load =
-        std::min(load, estimator::kLimits.largest_disturbance * out_.given.transmitter.span()) *
-        std::sqrt(0.5 * kLoadTime_s);
+    // A larger disturbance is something unexplained.
+    const double largest = estimator::kLimits.largest_disturbance * out_.given.transmitter.span();
+    const double of_load = load < largest ? load * std::sqrt(0.5 * kLoadTime_s) : 0.0;
     gap::Result result;
     result.check = checked_.quality;
     result.floor.transmitter_rmse = noise;
