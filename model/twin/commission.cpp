@@ -43,6 +43,7 @@ constexpr double kLeastSpMove =
     0.002;  // of the PV span: what is a move of SP in the twin's scenario
 constexpr std::size_t kMostSpMoves = 400;
 // What is left is none of the twin's business up to so many floors; from fewer on it is remarked.
+constexpr double kLeastClosedByRound = 0.8;
 constexpr double kFewFloors = 2.0;
 constexpr double kRemarked = 1.5;
 constexpr double kMatters = 0.5;  // of what is left: what follows SP or CO
@@ -283,7 +284,9 @@ class Commissioner {
         challenged = true;
         continue;
       }
-      if (last.verdict != estimator::Verdict::missing_effect) break;
+      const bool nearly = last.verdict == estimator::Verdict::unexplained &&
+                          !last.nearest.empty() && explains_most(last);
+      if (last.verdict != estimator::Verdict::missing_effect && !nearly) break;
       add_stage(take_in(last), fit_);
     }
     polish();
@@ -308,6 +311,12 @@ class Commissioner {
     return false;
   }
 
+  // Whether the chosen hypothesis leaves little of the gap.
+  static bool explains_most(const estimator::Estimate& found) {
+    return gap_closed(found.before.holdout, found.chosen_left.holdout, found.noise_rms) >=
+           kLeastClosedByRound;
+  }
+
   bool is_healthy(const estimator::Found& effect) const {
     return why_not_healthy(effect.spec, effect.block, out_.given, request_.healthy_limit_percent)
         .empty();
@@ -326,7 +335,8 @@ class Commissioner {
   std::string take_in(const estimator::Estimate& found) {
     LoopModel next = fit_.model;
     std::string names;
-    for (const estimator::Found& effect : found.effects) {
+    // A curve of another form explains nearly all, and is bent to the record then.
+    for (const estimator::Found& effect : found.effects.empty() ? found.nearest : found.effects) {
       if (!is_healthy(effect)) continue;
       add_effect(effect, next);
       names += (names.empty() ? "" : " and ") + words(effect.spec.name);
@@ -336,7 +346,7 @@ class Commissioner {
     const bool curved =
         std::any_of(next.valve_effects.begin(), next.valve_effects.end(),
                     [](const auto& spec) { return spec.name == "valve_characteristic"; });
-    if (curved && record_.has_co()) fit_ = bend_characteristic(fitted_, fit_);
+    if (curved) bend();
     return names;
   }
 
@@ -367,6 +377,16 @@ class Commissioner {
     show(effect);
   }
 
+  // Its points are solved for at the present curve, so it is bent until it stays.
+  void bend() {
+    constexpr int kMostBends = 4;
+    for (int i = 0; i < kMostBends && record_.has_co(); ++i) {
+      ProcessFit next = bend_characteristic(fitted_, fit_);
+      if (!(next.log_likelihood > fit_.log_likelihood)) return;
+      fit_ = std::move(next);
+    }
+  }
+
   double most_friction() const {
     if (!out_.given.has_valve || !record_.has_co()) return 0.0;
     return 0.01 * request_.healthy_limit_percent * out_.given.controller.pid.output_span();
@@ -374,7 +394,7 @@ class Commissioner {
 
   // Characteristic and friction, which are too small to be called missing.
   void polish() {
-    if (record_.has_co()) fit_ = bend_characteristic(fitted_, fit_);
+    bend();
     double percent = 0.0;
     fit_ = add_friction(fitted_, fit_, most_friction(), percent);
     if (!(percent > 0.0)) return;
@@ -388,9 +408,9 @@ class Commissioner {
     // The last third may be noisier.
     const double noise = std::max(fitted_.noise_rms, checked_.quality.noise_rms);
     const double load = disturbance_of(fitted_, fit_.pv);
-    const double of_load =
-        std::min(load, estimator::kLimits.largest_disturbance * out_.given.transmitter.span()) *
-        std::sqrt(0.5 * kLoadTime_s);
+    // A larger disturbance is something unexplained.
+    const double largest = estimator::kLimits.largest_disturbance * out_.given.transmitter.span();
+    const double of_load = load < largest ? load * std::sqrt(0.5 * kLoadTime_s) : 0.0;
     gap::Result result;
     result.check = checked_.quality;
     result.floor.transmitter_rmse = noise;

@@ -28,6 +28,8 @@ constexpr double kHardlyLess = 8.0;
 constexpr double kUnseen_s = 180.0;  // a change shows when the stem, or SP, moves
 constexpr double kDeviations = 2.0;  // of the twin's posterior
 constexpr double kLeastProbability = 0.05;
+constexpr double kNearlyClosed = 0.9;  // of the gap, by a name that leaves more than noise
+constexpr double kMostInexact = 0.7;   // its confidence
 constexpr std::size_t kMostCandidates = 12;
 constexpr double kLeastBefore_s = 240.0;  // healthy samples that are fitted
 constexpr double kAnswersBefore = 30.0;
@@ -188,16 +190,29 @@ class Changes {
     result.holdout_from_s = record_.seconds_at(options.fitted);
     result.series = series_of(record_, checked_, found);
     out.closed = gap_closed(found.before.holdout, found.after.holdout, found.floor);
-    if (!found.effects.empty()) result.corrected = found.corrected;
-    for (const estimator::Found& effect : found.effects) {
+    std::vector<estimator::Found> effects = found.effects;
+    const double nearly = gap_closed(found.before.holdout, found.chosen_left.holdout, found.floor);
+    if (effects.empty() && nearly >= kNearlyClosed) {
+      // No law is exactly the plant's: what is left is more than noise, and little of the gap.
+      effects = found.nearest;
+      for (estimator::Found& effect : effects) {
+        effect.confidence = std::min(effect.confidence, kMostInexact);
+      }
+      out.closed = nearly;
+      result.outcome = gap::Outcome::missing_effect;
+      result.after.training_rmse = found.chosen_left.training;
+      result.after.holdout_rmse = found.chosen_left.holdout;
+    }
+    if (!effects.empty()) result.corrected = found.corrected;
+    for (const estimator::Found& effect : effects) {
       result.effects.push_back(shown(effect, found, out.closed));
     }
     for (const estimator::Ranked& one : found.ranked) {
       if (result.candidates.size() < kMostCandidates)
         result.candidates.push_back(tried(one, found));
     }
-    if (!found.effects.empty()) {
-      const estimator::Interval moment = moment_of(found.effects.front());
+    if (!effects.empty()) {
+      const estimator::Interval moment = moment_of(effects.front());
       const auto sample = [&](double s) {
         return static_cast<std::size_t>(std::lround(std::max(0.0, s) / record_.period_s));
       };
