@@ -94,7 +94,8 @@ struct DiagnosisLimits {
 
   // Effect and size. The size is right in the median of simulated loops, and in nine of ten
   // within the factor (`loopwarden-study diagnose --cases 1500 --seed 3`).
-  static constexpr double kAlternative = 0.1;  // share of the other effect that is named too
+  static constexpr double kBacklashOdds = 5.0;  // sticking valves over backlash in the training
+  static constexpr double kAlternative = 0.1;   // share of the other effect that is named too
   static constexpr double kSizeScale = 1.15;
   static constexpr double kSizeFactor = 1.6;
 
