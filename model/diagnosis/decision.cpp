@@ -27,6 +27,12 @@ ValveDecision decide(const ValveEvidence& e) {
   ValveDecision d;
   d.probability = std::clamp(from_logit(z), Limits::kLeastProbability, Limits::kMostProbability);
   const bool band = e.log_odds >= Limits::kNamedFrom && d.probability >= Limits::kDecidedFrom;
+  if (band && !external && e.explained < Limits::kExplainedFrom) {
+    d.undecided = true;
+    d.reason = "a band predicts PV from sample to sample, but not its movement";
+    d.settle = kManualSteps;
+    return d;
+  }
   if (band && !external) {
     const bool seen = e.log_odds >= Limits::kSeenFrom && e.standing > Limits::kStandsFrom;
     d.grade = seen ? Grade::seen : Grade::likely;

@@ -62,7 +62,7 @@ void name_valve_effect(Diagnosis& d) {
   const CauseProbabilities p = weigh(find_features(d.prepared, d.evidence));
   const double stiction = p[static_cast<std::size_t>(Cause::stiction)];
   const double backlash = p[static_cast<std::size_t>(Cause::backlash)];
-  d.stiction_share = stiction / std::max(stiction + backlash, 1e-12);
+  d.stiction_share = stiction / std::max(stiction + Limits::kBacklashOdds * backlash, 1e-12);
   const bool sticks = d.stiction_share >= 0.5;
   d.cause = sticks ? Cause::stiction : Cause::backlash;
   const double other = sticks ? 1.0 - d.stiction_share : d.stiction_share;

@@ -85,6 +85,7 @@ struct DiagnosisLimits {
   static constexpr double kAgainstTime = 0.4;    // CO turns by time or with an external oscillation
   static constexpr double kNamedFrom = 4.0;      // nats
   static constexpr double kSeenFrom = 15.0;      // nats
+  static constexpr double kExplainedFrom = 0.0;  // of PV's variance, by the band in free run
   static constexpr double kStandsFrom = 0.4;     // standing, for the grade seen
   static constexpr double kNeverStands = 0.1;    // standing
   static constexpr double kDecidedFrom = 0.65;   // p
@@ -94,7 +95,8 @@ struct DiagnosisLimits {
 
   // Effect and size. The size is right in the median of simulated loops, and in nine of ten
   // within the factor (`loopwarden-study diagnose --cases 1500 --seed 3`).
-  static constexpr double kAlternative = 0.1;  // share of the other effect that is named too
+  static constexpr double kBacklashOdds = 5.0;  // sticking valves over backlash in the training
+  static constexpr double kAlternative = 0.1;   // share of the other effect that is named too
   static constexpr double kSizeScale = 1.15;
   static constexpr double kSizeFactor = 1.6;
 

@@ -217,20 +217,23 @@ class Piece {
       whiten(response_, models_[e], white_);
       const std::vector<float>& pv = white_pv_[e];
       const std::size_t size = white_.size();
+      // One pass over the samples that all dead times have.
       Lanes power{}, sum{};
+      std::array<Lanes, Grid::kDelays.size()> products{};
       for (std::size_t k = 0; k + kLongestDelay < size; ++k) {
         power += white_[k] * white_[k];
         sum += white_[k];
+        for (std::size_t d = 0; d < products.size(); ++d) {
+          products[d] += white_[k] * every<Lanes>(static_cast<double>(pv[k + Grid::kDelays[d]]));
+        }
       }
       if (first == 0 && side < 0.0) powers_without_.push_back(static_cast<double>(power[0]));
       const double without = powers_without_[reference(pole, e)];
-      for (const std::size_t delay : Grid::kDelays) {
-        Lanes along{};
-        for (std::size_t k = 0; k + delay < size; ++k) {
-          along += white_[k] * every<Lanes>(static_cast<double>(pv[k + delay]));
-        }
-        Lanes own = power, mean = sum;
+      for (std::size_t d = 0; d < products.size(); ++d) {
+        const std::size_t delay = Grid::kDelays[d];
+        Lanes along = products[d], own = power, mean = sum;
         for (std::size_t k = size - kLongestDelay; k + delay < size; ++k) {
+          along += white_[k] * every<Lanes>(static_cast<double>(pv[k + delay]));
           own += white_[k] * white_[k];
           mean += white_[k];
         }

@@ -113,6 +113,7 @@ nlohmann::json json_of(const Diagnosis& d, double probability, double span) {
       {"probability", nullptr},
       {"band", nullptr}};
   if (!d.judged()) return result;
+  result["probability"] = probability;
   result["band"] = {{"log_odds", d.evidence.log_odds},
                     {"co_units", d.band.band},
                     {"share_of_movement", d.evidence.share},

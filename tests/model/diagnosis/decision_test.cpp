@@ -18,7 +18,8 @@ const Reversals kClockwork{
     .count = 20, .travel_scatter = 0.01, .cycle_scatter = 0.01, .four_cycle_scatter = 0.01};
 
 ValveEvidence sticky_evidence() {
-  return {.log_odds = 20.0, .share = 0.5, .standing = 0.7, .reversals = kByTravel};
+  return {
+      .log_odds = 20.0, .share = 0.5, .explained = 0.6, .standing = 0.7, .reversals = kByTravel};
 }
 
 TEST_CASE("a valve is seen if the band is certain and PV rests, otherwise it is likely") {
@@ -32,6 +33,9 @@ TEST_CASE("a valve is seen if the band is certain and PV rests, otherwise it is 
   CHECK(decide(weak).grade == Grade::likely);
   weak.log_odds = 2.0;
   CHECK(decide(weak).undecided);
+  ValveEvidence by_chance = e;
+  by_chance.explained = -0.5;
+  CHECK(decide(by_chance).undecided);
 }
 
 TEST_CASE("no valve is named if an external oscillation moves CO") {

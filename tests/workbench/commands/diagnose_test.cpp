@@ -81,6 +81,7 @@ TEST_CASE("several files of one loop get one verdict, with the windows and the t
   CHECK(loop.at("windows").at(1).at("file").get<std::string>().ends_with("r22.csv"));
   CHECK(loop.at("windows").at(1).at("to_s") == 7500.0);
   CHECK(loop.at("windows").at(1).at("band").at("log_odds") > 15.0);
+  CHECK(loop.at("windows").at(1).at("probability") > 0.9);
   CHECK(loop.at("windows").at(1).at("verdict") == "valve_effect");
 }
 
