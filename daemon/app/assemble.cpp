@@ -55,8 +55,8 @@ RecorderSettings recorder_settings(const config::DaemonConfig& config) {
   return settings;
 }
 
-// Returns the B per day that the daemon may write; NaN without a limit. By default only flash memory
-// has one.
+// Returns the B per day that the daemon may write; NaN: no limit. By default only flash memory has
+// one.
 double write_budget_b(const config::Configuration& configuration) {
   if (const auto& mb = configuration.daemon.recording.write_budget_mb) return 1e6 * *mb;
   if (!is_on_flash(configuration.daemon.state_directory)) {
