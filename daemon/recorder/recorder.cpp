@@ -25,8 +25,8 @@ constexpr std::uint64_t kLongestFilledGap = 6000;  // periods; a longer one ends
 // (Historian::kKept), which bridges them for readers.
 std::size_t most_pending(std::size_t loops) {
   constexpr std::size_t kPendingBytes = 4UL * 1024UL * 1024UL;  // of all loops
-  return std::clamp<std::size_t>(kPendingBytes / sizeof(RecordRow) / std::max<std::size_t>(loops, 1),
-                                 32, 256);
+  return std::clamp<std::size_t>(
+      kPendingBytes / sizeof(RecordRow) / std::max<std::size_t>(loops, 1), 32, 256);
 }
 
 bool fit_for_file_name(const std::string& name) {
