@@ -156,7 +156,7 @@ RecordingOfAll read_recording(MapReader& in) {
   const Value<double> budget = in.maybe_number(
       "write_budget_mb", {"MB", between(1.0, 1e7),
                           "written per day by the daemon; above it the alarm disk_writes is raised",
-                          "4 times the rows, and 100 MB"});
+                          "4 times the rows, and 100 MB, on flash memory; otherwise no limit"});
   if (budget.given) recording.write_budget_mb = budget;
   return recording;
 }

@@ -6,6 +6,7 @@
 
 #include <chrono>
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -15,6 +16,7 @@
 #include "daemon/app/status.hpp"
 #include "daemon/loops/loop_queue.hpp"
 #include "daemon/loops/warm_start.hpp"
+#include "daemon/recorder/flash_memory.hpp"
 #include "model/twin/explain.hpp"
 #include "model/watch/specialist_judge.hpp"
 #include "record/segment_format.hpp"
@@ -53,9 +55,13 @@ RecorderSettings recorder_settings(const config::DaemonConfig& config) {
   return settings;
 }
 
-// Returns the B per day that the daemon may write.
+// Returns the B per day that the daemon may write; NaN: no limit. By default only flash memory has
+// one.
 double write_budget_b(const config::Configuration& configuration) {
   if (const auto& mb = configuration.daemon.recording.write_budget_mb) return 1e6 * *mb;
+  if (!is_on_flash(configuration.daemon.state_directory)) {
+    return std::numeric_limits<double>::quiet_NaN();
+  }
   constexpr double kTimesRows = 4.0;
   constexpr double kOthers_b = 100e6;  // journal, evidence, reports
   double rows_b = 0.0;

@@ -44,7 +44,7 @@ struct BoxLook {
   std::vector<std::string> failed_parts{};  // of the daemon, each with its reason
   std::uint64_t dropped = 0;                // cycles since the start
   WriteRate writes{};
-  double write_budget_b = 0.0;  // B per day
+  double write_budget_b = 0.0;  // B per day; NaN: no limit
 };
 
 // Judges a check against the previous one. It uses no clock.

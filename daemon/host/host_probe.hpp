@@ -34,7 +34,7 @@ struct BoxSources {
   std::function<std::string()> missing_address;  // of the Modbus server; empty: the host has it
   // sockets of the daemon that can't be opened, with the reason
   std::function<std::vector<std::string>()> failed_parts;
-  double write_budget_b = 0.0;             // B per day
+  double write_budget_b = 0.0;             // B per day; NaN: no limit
   std::chrono::milliseconds period{5000};  // between two checks
 };
 

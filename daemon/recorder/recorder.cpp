@@ -24,9 +24,9 @@ constexpr std::uint64_t kLongestFilledGap = 6000;  // periods; a longer one ends
 // Returns how many rows of a loop wait for the next sync. They fit into the historian's memory
 // (Historian::kKept), which bridges them for readers.
 std::size_t most_pending(std::size_t loops) {
-  constexpr std::size_t kMostBytes = 4UL * 1024UL * 1024UL;  // of all loops
-  return std::clamp<std::size_t>(kMostBytes / sizeof(RecordRow) / std::max<std::size_t>(loops, 1),
-                                 32, 256);
+  constexpr std::size_t kPendingBytes = 4UL * 1024UL * 1024UL;  // of all loops
+  return std::clamp<std::size_t>(
+      kPendingBytes / sizeof(RecordRow) / std::max<std::size_t>(loops, 1), 32, 256);
 }
 
 bool fit_for_file_name(const std::string& name) {

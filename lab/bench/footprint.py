@@ -75,12 +75,13 @@ class Ready:
         return dict(os.environ, NOTIFY_SOCKET=self.folder + "/notify")
 
     def wait(self):
-        while b"READY=1" not in self.socket.recv(4096):
-            pass
-        took = time.monotonic() - self.began
-        self.socket.close()
-        shutil.rmtree(self.folder)
-        return took
+        try:
+            while b"READY=1" not in self.socket.recv(4096):
+                pass
+            return time.monotonic() - self.began
+        finally:
+            self.socket.close()
+            shutil.rmtree(self.folder)
 
 
 class Program:
@@ -134,9 +135,13 @@ class Daemon:
             loop.write_text(loop.read_text().replace(bench_daemon.ROOT + "/examples/models/plant1.yaml", model))
         with open(self.folder + "/config/loopwardend.yaml", "w", encoding="ascii") as file:
             file.write(f"runtime_directory: {self.folder}\nstate_directory: {self.disk.folder}\n{more}")
-        self.program = Program(f"loopwardend, {count} loops at {period:g} s",
-                               [bench_daemon.PROGRAM, "--config", self.folder + "/config"])
         self.written = None
+        try:
+            self.program = Program(f"loopwardend, {count} loops at {period:g} s",
+                                   [bench_daemon.PROGRAM, "--config", self.folder + "/config"])
+        except SystemExit:
+            self.remove()
+            raise
 
     def begin(self):
         self.program.begin()
@@ -152,6 +157,9 @@ class Daemon:
 
     def end(self):
         self.program.end()
+        self.remove()
+
+    def remove(self):
         self.disk.remove()
         shutil.rmtree(self.folder, ignore_errors=True)
 

@@ -243,9 +243,11 @@ std::string daemon_line(const protocol::Status& status) {
 std::string writes_line(const protocol::DaemonStatus& daemon) {
   const protocol::RecorderStatus& recorder = daemon.recorder;
   if (!std::isfinite(recorder.written_mb_per_day)) return {};
-  const std::string line =
-      fmt::format("disk  {:.0f} MB a day written, budget {:.0f} MB  rows every {:g} s",
-                  recorder.written_mb_per_day, recorder.write_budget_mb_per_day, recorder.sync_s);
+  std::string line = fmt::format("disk  {:.0f} MB a day written", recorder.written_mb_per_day);
+  if (std::isfinite(recorder.write_budget_mb_per_day)) {
+    line += fmt::format(", budget {:.0f} MB", recorder.write_budget_mb_per_day);
+  }
+  line += fmt::format("  rows every {:g} s", recorder.sync_s);
   const bool above = recorder.written_mb_per_day > recorder.write_budget_mb_per_day;
   return coloured(line, above ? Colour::yellow : Colour::grey);
 }

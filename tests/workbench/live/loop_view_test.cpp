@@ -119,6 +119,8 @@ TEST_CASE("the writes to the disk are shown with their budget once they are know
   CHECK(writes_line(daemon).empty());
   daemon.recorder = {.sync_s = 60.0, .written_mb_per_day = 171.4, .write_budget_mb_per_day = 465.0};
   CHECK(writes_line(daemon) == "disk  171 MB a day written, budget 465 MB  rows every 60 s");
+  daemon.recorder.write_budget_mb_per_day = protocol::kNone;
+  CHECK(writes_line(daemon) == "disk  171 MB a day written  rows every 60 s");
 }
 
 TEST_CASE("data that does not reach the disk is reported with the reason", "[workbench][top]") {
