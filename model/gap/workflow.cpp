@@ -448,7 +448,7 @@ class Workflow {
     return most;
   }
 
-  // The largest band, jump or flow, CO units; a position in the travel is none.
+  // The largest band, jump or flow, CO units. A position in the travel does not count.
   static double size_of(const effects::EffectSpec& spec) {
     const effects::Descriptor* info = effects::find_effect(spec.name);
     double size = 0.0;
@@ -546,7 +546,7 @@ class Workflow {
     return it == found_.ranked.end() ? nullptr : &*it;
   }
 
-  // The best hypothesis with some of the chosen effects; null: none was searched.
+  // The best hypothesis with some of the chosen effects; null if it was not searched.
   const estimator::Ranked* part_of_chosen(std::size_t effects, std::string_view without) const {
     for (const estimator::Ranked& r : found_.ranked) {
       const bool part = std::all_of(r.effects.begin(), r.effects.end(), [&](const auto& spec) {
@@ -618,7 +618,7 @@ class Workflow {
                 how_likely_without(best - tried.score));
   }
 
-  // What each effect explains: the error that returns without it.
+  // The error that returns without each effect.
   std::vector<LocatedEffect> energies() const {
     if (effects_.size() <= 1) {
       if (named()) return {{effects_[0].block, 1.0}};
