@@ -14,7 +14,7 @@ namespace {
 
 constexpr std::size_t kPolished = 7;  // singles that are searched again
 constexpr std::size_t kParents = 5;   // singles from which pairs grow
-constexpr std::size_t kChildren = 3;  // pairs of each that are searched
+constexpr std::size_t kChildren = 5;  // pairs of each that are searched
 constexpr std::size_t kByLaw = 2;     // sticking hypotheses that are searched by law
 constexpr double kParentLead = 8.0;   // nats above the model
 constexpr double kChildLead = 3.0;    // nats above the parent, at the first tries
@@ -386,10 +386,15 @@ class Competitors {
     Likelihood::Work work;
     std::vector<double> z = start.mean;
     std::vector<double> best = z;
-    const std::size_t count = own == 0 ? 4 : known ? 16 : own == 1 ? 28 : 40;
+    const std::size_t count = own == 0 ? 16 : known ? 16 : own == 1 ? 28 : 40;
     const Layout& layout = child.layout();
     for (std::size_t t = 0; t < count; ++t) {
-      for (std::size_t i = 0; i < layout.size; ++i) z[i] = start.mean[i];
+      // Without a parameter to search, the parent's own may move.
+      const double wander = own == 0 && t >= 4 ? 1.0 : 0.0;
+      for (std::size_t i = 0; i < layout.size; ++i) {
+        const double deviation = wander * std::min(start.deviation[i], 0.15);
+        z[i] = std::clamp(start.mean[i] + deviation * random.normal(), 0.0, 1.0);
+      }
       for (std::size_t i = 0; i < own; ++i) {
         const bool sure = start.deviation[first + i] < 1.0;
         z[first + i] =
@@ -412,9 +417,7 @@ class Competitors {
     start.mean = best;
     for (double& deviation : start.deviation) deviation = std::min(deviation, 0.15);
     start.deviation[layout.error] = start.deviation[layout.error + 1] = 0.3;
-    const bool sticks = child.sticking() != Hypothesis::npos;
-    const Effort effort = sticks ? Effort{72, 2, 2, 100} : Effort{48, 1, 3, 50};
-    out.task = Task{std::move(child), std::move(start), effort, 4};
+    out.task = Task{std::move(child), std::move(start), {48, 1, 3, 50}, 4};
     out.evaluations = work.evaluations;
     return out;
   }

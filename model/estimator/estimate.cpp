@@ -20,6 +20,8 @@ using effects::Block;
 constexpr double kEndQuantile = 0.01;      // where the ends of PV are taken
 constexpr double kLeastMovement = 0.005;   // of the CO span: a valve that moves less shows nothing
 constexpr double kAsGood = 1.15;           // of the least error on the fitted part
+constexpr double kEqual = 1.0;             // nats
+constexpr double kNearlyAll = 0.8;         // of what is left, for a further effect
 constexpr double kVisible = 1.5;           // of the floor: a larger error is a visible gap
 constexpr double kSpike = 8.0;             // noise of a sample, beyond what the process can do
 constexpr std::size_t kLongestSpike = 12;  // samples
@@ -27,7 +29,7 @@ constexpr double kLeastEffect = 0.0015;    // of the PV span: a smaller effect d
 
 // Linear dynamics and curves: a model that does not know the process can't lack them.
 bool changes_process(const Candidate& c) {
-  return c.smooth && (c.block == Block::process || c.block == Block::valve);
+  return c.bends || (c.smooth && (c.block == Block::process || c.block == Block::valve));
 }
 
 std::vector<Candidate> catalogue_for(const Observed& observed, const LoopFacts& loop,
@@ -163,7 +165,7 @@ class Estimator {
       out.after = out.before;
     } else if (names) {
       out.verdict = Verdict::missing_effect;
-      name(out, chosen, weight);
+      name(out, chosen, weight, 1.0 - unnamed);
     }
     return out;
   }
@@ -302,6 +304,15 @@ class Estimator {
         break;
       }
     }
+    // Of two that fit equally well, the simpler one.
+    for (const Fit& fit : fits) {
+      if (fit.hypothesis.terms().size() == chosen->hypothesis.terms().size() &&
+          fit.hypothesis.named() == chosen->hypothesis.named() &&
+          fit.hypothesis.parameters() < chosen->hypothesis.parameters() &&
+          fit.score > chosen->score - kEqual) {
+        return fit;
+      }
+    }
     return *chosen;
   }
 
@@ -309,7 +320,7 @@ class Estimator {
   bool shadows_name(const Fit& unnamed) const {
     return std::any_of(competition_.fits.begin(), competition_.fits.end(), [&](const Fit& fit) {
       return fit.hypothesis.named() && fit.hypothesis.terms().size() == 1 &&
-             (fit.score > unnamed.score - kLimits.further_lead ||
+             (fit.score > unnamed.score - kLimits.first_lead ||
               lead_t(unnamed, fit) <= kLimits.least_t);
     });
   }
@@ -325,14 +336,15 @@ class Estimator {
     return lead_t(more, less) > kLimits.least_t;
   }
 
-  // A further effect closes a share of the gap that matters.
+  // A further effect closes a share of the gap that matters, or nearly all that is left.
   bool more_closed(const Fit& more, const Fit& less) const {
     if (less.hypothesis.terms().empty()) return true;
     const double a = errors_of(run_of(representative(more))).training;
     const double b = errors_of(run_within(representative(less))).training;
     const double base = errors_of(base_run()).training;
-    return b * b - a * a >=
-           kLimits.least_share * std::max(0.0, base * base - noise_rms_ * noise_rms_);
+    const double noise = noise_rms_ * noise_rms_;
+    return b * b - a * a >= std::min(kLimits.least_share * std::max(0.0, base * base - noise),
+                                     kNearlyAll * std::max(0.0, b * b - noise));
   }
 
   // The law of a fit without slips by PV, searched near its posterior.
@@ -440,7 +452,9 @@ class Estimator {
            !refuted(out);
   }
 
-  void name(Estimate& out, const Fit& chosen, const std::vector<double>& weight) const {
+  // `catalogue`: probability that a law of the catalogue is the cause.
+  void name(Estimate& out, const Fit& chosen, const std::vector<double>& weight,
+            double catalogue) const {
     const auto ranges = intervals(likelihood_, chosen);
     const Point point = chosen.hypothesis.at(chosen.population.top().z);
     const auto solved = chosen.solution.solved(chosen.hypothesis, likelihood_.fixed());
@@ -453,7 +467,7 @@ class Estimator {
       }
       Found found{term.effect(point.searched[i], solved[i]),
                   term.block,
-                  std::min(confidence, kLimits.most_confidence),
+                  std::min(catalogue * confidence, kLimits.most_confidence),
                   ranges[i],
                   {}};
       if (!term.named) {

@@ -166,6 +166,19 @@ class FlexibleColumns {
   Signal z_;     // PV units
 };
 
+// A curve that isn't exactly the stated one is still a curve.
+bool is_of(const Hypothesis& hypothesis, Family family) {
+  switch (family) {
+    case kStatic: return hypothesis.contains("valve_characteristic");
+    case kGainByTime: return hypothesis.contains("varying_gain");
+    case kMeterCurve: return hypothesis.contains("meter_curve");
+    case kHysteretic:
+      return std::any_of(hypothesis.terms().begin(), hypothesis.terms().end(),
+                         [](const Law* t) { return t->friction; });
+    default: return false;
+  }
+}
+
 }  // namespace
 
 Flexible flexible_law(const Likelihood& likelihood, const Fit& fit, std::size_t samples) {
@@ -194,6 +207,7 @@ Flexible flexible_law(const Likelihood& likelihood, const Fit& fit, std::size_t 
     Extra extra;
     for (const Column& column : columns.all) {
       if (std::find(set.begin(), set.end(), column.family) == set.end()) continue;
+      if (is_of(fit.hypothesis, column.family)) continue;
       extra.signals.push_back(column.signal);
       extra.deviations.push_back(column.deviation);
     }

@@ -2,6 +2,7 @@
 #include "model/estimator/hypothesis.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <string_view>
@@ -35,6 +36,13 @@ effects::SearchRange actuator_frequency(const plant::LoopModel& model) {
 effects::SearchRange actuator_damping(const plant::LoopModel& model) {
   const bool shown = slowest_actuator(model) < 0.5 * fastest_actuator(model);
   return {"damping", shown ? 0.05 : 0.6, 2.0, true, 1};
+}
+
+bool is_linear_dynamics(std::string_view name) {
+  constexpr std::array<std::string_view, 5> kNames{"extra_lag", "extra_dead_time",
+                                                   "inverse_response", "oscillatory_process",
+                                                   "positioner_overshoot"};
+  return std::find(kNames.begin(), kNames.end(), name) != kNames.end();
 }
 
 }  // namespace
@@ -180,6 +188,8 @@ bool Hypothesis::contains(std::string_view name) const noexcept {
 
 bool compatible(const Law& a, const Law& b) {
   if (std::string_view(a.name) == b.name) return false;
+  // Two of these have the form of a third one.
+  if (is_linear_dynamics(a.name) && is_linear_dynamics(b.name)) return false;
   if (a.friction && b.friction) return false;
   // Friction for a stretch of the record follows what another effect leaves there.
   if ((a.friction && a.at_one_moment) || (b.friction && b.at_one_moment)) return false;

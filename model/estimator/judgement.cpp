@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <initializer_list>
 #include <string_view>
 
 #include "model/estimator/constants.hpp"
@@ -13,6 +14,8 @@ namespace loopwarden::estimator {
 namespace {
 
 using numeric::Random;
+
+constexpr double kLargestFactor = 3.0;  // logarithm
 
 // The score of a fit by parts of the record. All parts share the penalty equally.
 std::vector<double> score_of_parts(const Fit& fit) {
@@ -25,9 +28,14 @@ std::vector<double> score_of_parts(const Fit& fit) {
 
 // Relative error of a parameter by the law itself.
 double law_missing(std::string_view parameter) {
-  if (parameter == "s") return kLimits.missing_s;
-  if (parameter == "j") return kLimits.missing_j;
-  if (parameter == "width") return kLimits.missing_width;
+  const auto is_one = [&](std::initializer_list<std::string_view> names) {
+    return std::find(names.begin(), names.end(), parameter) != names.end();
+  };
+  if (is_one({"s", "damping"})) return kLimits.missing_size;
+  if (is_one({"j", "width", "lag"})) return kLimits.missing_shape;
+  if (is_one({"natural_frequency", "time_constant", "seconds"})) {
+    return kLimits.missing_times;
+  }
   return kLimits.missing_other;
 }
 
@@ -147,7 +155,13 @@ std::vector<std::map<std::string, Interval>> intervals(const Likelihood& likelih
       }
       variance += std::pow(law_missing(name) * value->second, 2.0);
       const double half = 1.96 * std::sqrt(variance);
-      out[i][name] = {value->second, {value->second - half, value->second + half}};
+      Interval& interval =
+          out[i][name] = {value->second, {value->second - half, value->second + half}};
+      // The shape of a law errs by a factor.
+      if (law_missing(name) == kLimits.missing_shape && value->second > 0.0) {
+        const double factor = std::exp(std::min(half / value->second, kLargestFactor));
+        interval.within = {value->second / factor, value->second * factor};
+      }
     }
   }
   return out;

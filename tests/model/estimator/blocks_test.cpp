@@ -42,4 +42,19 @@ TEST_CASE("blocks are short against the time constant, and many", "[estimator][b
   CHECK(block_length(400.0, 0.1, 3000) == 5);
 }
 
+TEST_CASE("a short excursion of PV is a spike, a longer one is a disturbance",
+          "[estimator][blocks]") {
+  Observed observed{0.1, std::vector<double>(200, 5.0), std::vector<double>(200, 5.0), {}};
+  observed.used.assign(200, true);
+  for (std::size_t k = 40; k < 43; ++k) observed.pv[k] = 7.0;
+  observed.pv[43] = 6.5;  // comes back in two steps
+  for (std::size_t k = 100; k < 150; ++k) observed.pv[k] = 7.0;
+  const Observed out = without_spikes(observed, 0.5, 12);
+  for (std::size_t k = 0; k < 200; ++k) {
+    INFO(k);
+    CHECK(out.used[k] == (k < 40 || k > 43));
+  }
+  CHECK(out.pv == observed.pv);
+}
+
 }  // namespace blocks_test

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "model/effects/catalogue.hpp"
+#include "model/numeric/random.hpp"
 #include "tests/model/estimator/estimator_support.hpp"
 
 namespace estimate_test {
@@ -32,6 +33,21 @@ const std::vector<std::string> kFew{"backlash", "gain_change", "step_disturbance
 
 Observed record_of(const plant::LoopModel& truth) {
   return estimator_test::record_of(truth, estimator_test::moving_output(1800));
+}
+
+// The same names, and values that differ by less than `share`.
+void check_same(const Estimate& a, const Estimate& b, double share) {
+  REQUIRE(a.effects.size() == b.effects.size());
+  for (std::size_t i = 0; i < a.effects.size(); ++i) {
+    CHECK(a.effects[i].spec.name == b.effects[i].spec.name);
+    CHECK(a.effects[i].confidence == Approx(b.effects[i].confidence).margin(0.1));
+    for (const auto& [name, interval] : a.effects[i].intervals) {
+      const Interval& other = b.effects[i].intervals.at(name);
+      CHECK(interval.value == Approx(other.value).epsilon(share));
+      CHECK(interval.within[0] == Approx(other.within[0]).epsilon(3.0 * share));
+      CHECK(interval.within[1] == Approx(other.within[1]).epsilon(3.0 * share));
+    }
+  }
 }
 
 }  // namespace
@@ -109,6 +125,71 @@ TEST_CASE("the answer does not depend on units", "[estimator][estimate]") {
   CHECK(b.effects[0].spec.parameters.at("deadband") ==
         Approx(by_co * a.effects[0].spec.parameters.at("deadband")).epsilon(0.05));
   CHECK(b.after.holdout == Approx(by_pv * a.after.holdout).epsilon(0.02));
+}
+
+TEST_CASE("the answer does not depend on rounding", "[estimator][estimate]") {
+  const plant::LoopModel model = estimator_test::believed_model();
+  plant::LoopModel truth = model;
+  truth.valve_effects = {{"backlash", {{"deadband", 0.6}}}};
+  const Observed record = record_of(truth);
+  Observed other = record;
+  numeric::Random random(5);
+  for (double& v : other.pv) v *= 1.0 + 1e-12 * random.normal();
+  for (double& v : other.co) v *= 1.0 + 1e-12 * random.normal();
+  const Options options = only({"backlash", "gain_change"});
+  const Estimate a = estimate(record, model, options, in_order);
+  const Estimate b = estimate(other, model, options, in_order);
+  REQUIRE(names_of(a) == "backlash");
+  REQUIRE(names_of(b) == "backlash");
+  check_same(a, b, 0.02);
+}
+
+TEST_CASE("the answer does not depend on where the record starts", "[estimator][estimate]") {
+  const plant::LoopModel model = estimator_test::believed_model();
+  plant::LoopModel truth = model;
+  truth.process_effects = {{"gain_change", {{"factor", 1.3}}}};
+  const Observed record = record_of(truth);
+  Observed later = record;
+  constexpr std::ptrdiff_t kShift = 37;  // samples
+  later.pv.erase(later.pv.begin(), later.pv.begin() + kShift);
+  later.co.erase(later.co.begin(), later.co.begin() + kShift);
+  later.used.erase(later.used.begin(), later.used.begin() + kShift);
+  const Estimate a = estimate(record, model, only(kFew), in_order);
+  const Estimate b = estimate(later, model, only(kFew), in_order);
+  REQUIRE(names_of(a) == "gain_change");
+  REQUIRE(names_of(b) == "gain_change");
+  check_same(a, b, 0.05);
+}
+
+TEST_CASE("a clipped reading is told from a curve", "[estimator][estimate]") {
+  const plant::LoopModel model = estimator_test::believed_model();
+  plant::LoopModel truth = model;
+  truth.transmitter_effects = {{"clipped_measurement", {{"high", 6.0}}}};
+  const Options options = only({"clipped_measurement", "meter_curve", "gain_change"});
+  const Estimate clipped = estimate(record_of(truth), model, options, in_order);
+  REQUIRE(names_of(clipped) == "clipped_measurement");
+  CHECK(clipped.effects[0].spec.parameters.at("high") == Approx(6.0).margin(0.1));
+  CHECK(clipped.after.holdout < 1.3 * model.transmitter.noise);
+
+  truth.transmitter_effects = {{"meter_curve", {{"share", 0.6}}, {{"curve", "root"}}}};
+  const Estimate bent = estimate(record_of(truth), model, options, in_order);
+  REQUIRE(names_of(bent) == "meter_curve");
+  CHECK(bent.effects[0].spec.parameters.at("share") == Approx(0.6).epsilon(0.1));
+}
+
+TEST_CASE("a stop of the stem is learned, because no name fits", "[estimator][estimate]") {
+  const plant::LoopModel model = estimator_test::believed_model();
+  const std::vector<double> co = estimator_test::moving_output(1800);
+  std::vector<double> stem = co;
+  for (double& v : stem) v = std::max(v, 4.0);
+  Observed record = estimator_test::record_of(model, stem);
+  record.co = co;
+  Options options = only({"clipped_measurement", "gain_change", "learned"});
+  const Estimate e = estimate(record, model, options, in_order);
+  REQUIRE(names_of(e) == "learned");
+  CHECK(e.effects[0].description == "stop of the stem");
+  options.without.emplace_back("learned");
+  CHECK(estimate(record, model, options, in_order).verdict == Verdict::unexplained);
 }
 
 }  // namespace estimate_test

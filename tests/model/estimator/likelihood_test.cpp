@@ -113,4 +113,21 @@ TEST_CASE("a missing sample changes nothing but itself", "[estimator][likelihood
   CHECK(b.gain() == Approx(a.gain()).epsilon(0.005));
 }
 
+TEST_CASE("another size of the error at the same place gives the bits of a new run",
+          "[estimator][likelihood]") {
+  Case c;
+  const Hypothesis none(c.loop, {});
+  std::vector<double> z(none.layout().size, 0.5);
+  Likelihood::Work kept;
+  c.likelihood.of(none, z, kept);
+  z[none.layout().error] = 0.9;
+  z[none.layout().error + 1] = 0.1;
+  Likelihood::Work fresh;
+  CHECK(c.likelihood.of(none, z, kept) == c.likelihood.of(none, z, fresh));
+  CHECK(kept.evaluations == 1);
+  z[0] = 0.6;
+  CHECK(c.likelihood.of(none, z, kept) == c.likelihood.of(none, z, fresh));
+  CHECK(kept.evaluations == 2);
+}
+
 }  // namespace likelihood_test
