@@ -251,11 +251,13 @@ double Likelihood::of(const Hypothesis& hypothesis, std::span<const double> z, W
   const bool jitters = hypothesis.jumps() && point.jitter > 0.0;
   // Other sizes of the error need no other free run.
   const std::span<const double> place = z.first(hypothesis.layout().jitter);
-  const bool same = work.terms == hypothesis.terms() && work.guided == guided &&
+  const bool same = !work.stem.empty() && work.terms == hypothesis.terms() &&
+                    work.guided == guided &&
                     std::equal(place.begin(), place.end(), work.place.begin(), work.place.end());
   if (!same) {
     ++work.evaluations;
     work.place.clear();
+    work.stem.clear();
     try {
       work.penalty = run_.run(hypothesis, point, blocks_.samples(), guided ? &slips_ : nullptr,
                               work.columns, &work.stem);
