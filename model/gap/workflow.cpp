@@ -235,6 +235,12 @@ class Workflow {
                        : is_explained() ? found_.pv_before
                                         : series_.pv_before;
     take_misfits();
+    if (options_.archive && is_hidden(result_.before)) {
+      effects_.clear();
+      found_.verdict = estimator::Verdict::no_gap;
+      series_.pv_after = series_.pv_before;
+      take_misfits();
+    }
     closed_ =
         gap_closed(result_.before.holdout_rmse, result_.after.holdout_rmse, result_.floor.rmse());
     const bool unsure = options_.archive && !options_.archive->known;
@@ -261,6 +267,12 @@ class Workflow {
       take_misfits();
     }
     name_effects(other_settings);
+  }
+
+  // Whether the archive itself can account for the error.
+  bool is_hidden(const Misfit& error) const {
+    constexpr double kWithin = 1.5;  // floors
+    return std::max(error.rmse, error.holdout_rmse) <= kWithin * result_.floor.rmse();
   }
 
   bool is_explained() const {
