@@ -120,7 +120,6 @@ json case_json(const ScoredCase& one) {
   for (const NamedEffect& effect : one.answer.effects) {
     names.push_back({{"name", effect.name},
                      {"confidence", effect.confidence},
-                     {"alternatives", effect.alternatives},
                      {"parameters", effect.parameters}});
   }
   const auto number = [](const std::optional<double>& value) {

@@ -113,8 +113,8 @@ std::vector<FoundEffect> describe_reading(const ReadingFinding& reading,
              reading.spikes.count));
   }
   if (!where.empty()) {
-    add(std::move(ends), text("PV stands %s; the transmitter's range is %.4g to %.4g",
-                              where.c_str(), range.low, range.high));
+    add(std::move(ends), text("PV is %s; the transmitter's range is %.4g to %.4g", where.c_str(),
+                              range.low, range.high));
   }
   return out;
 }

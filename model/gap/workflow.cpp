@@ -235,6 +235,12 @@ class Workflow {
                        : is_explained() ? found_.pv_before
                                         : series_.pv_before;
     take_misfits();
+    if (options_.archive && is_hidden(result_.before)) {
+      effects_.clear();
+      found_.verdict = estimator::Verdict::no_gap;
+      series_.pv_after = series_.pv_before;
+      take_misfits();
+    }
     closed_ =
         gap_closed(result_.before.holdout_rmse, result_.after.holdout_rmse, result_.floor.rmse());
     const bool unsure = options_.archive && !options_.archive->known;
@@ -261,6 +267,12 @@ class Workflow {
       take_misfits();
     }
     name_effects(other_settings);
+  }
+
+  // Whether the archive itself can account for the error.
+  bool is_hidden(const Misfit& error) const {
+    constexpr double kWithin = 1.5;  // floors
+    return std::max(error.rmse, error.holdout_rmse) <= kWithin * result_.floor.rmse();
   }
 
   bool is_explained() const {
@@ -448,7 +460,7 @@ class Workflow {
     return most;
   }
 
-  // The largest band, jump or flow, CO units; a position in the travel is none.
+  // The largest band, jump or flow, CO units. A position in the travel does not count.
   static double size_of(const effects::EffectSpec& spec) {
     const effects::Descriptor* info = effects::find_effect(spec.name);
     double size = 0.0;
@@ -546,7 +558,7 @@ class Workflow {
     return it == found_.ranked.end() ? nullptr : &*it;
   }
 
-  // The best hypothesis with some of the chosen effects; null: none was searched.
+  // The best hypothesis with some of the chosen effects; null if it was not searched.
   const estimator::Ranked* part_of_chosen(std::size_t effects, std::string_view without) const {
     for (const estimator::Ranked& r : found_.ranked) {
       const bool part = std::all_of(r.effects.begin(), r.effects.end(), [&](const auto& spec) {
@@ -618,7 +630,7 @@ class Workflow {
                 how_likely_without(best - tried.score));
   }
 
-  // What each effect explains: the error that returns without it.
+  // The error that returns without each effect.
   std::vector<LocatedEffect> energies() const {
     if (effects_.size() <= 1) {
       if (named()) return {{effects_[0].block, 1.0}};

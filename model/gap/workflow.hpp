@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The gap workflow: finds where a loop model and a record disagree, names the effect that the model
-// lacks, and corrects the model.
+// The gap workflow: compares a loop model with a record, names the effect that the model lacks, and
+// corrects the model.
 //
 //   check       quality of the record, counted samples              check.hpp, record_check.hpp
 //   controller  compared from SP and PV to CO                       controller.hpp

@@ -109,7 +109,7 @@ void print_details(const gap::Result& r) {
   }
 }
 
-// Prints the likeliest hypotheses as bars, "none of these" included.
+// Prints the probabilities of the likeliest hypotheses as bars.
 void print_posterior(const gap::Result& r) {
   constexpr std::size_t kMost = 2;
   constexpr double kWidth = 20.0;

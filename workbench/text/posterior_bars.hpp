@@ -11,13 +11,13 @@
 namespace loopwarden::workbench {
 
 struct Bar {
-  std::string title;  // "stiction + gain change", "nothing missing", "none of these", "others"
+  std::string title;  // for example "stiction + gain change"
   double probability = 0.0;
   bool named = true;  // effects of the catalogue
 };
 
-// Returns the `most` likeliest hypotheses, then the others as one bar, then "none of these" (its
-// probability may be 0). Empty for an empty posterior.
+// Returns the `most` likeliest hypotheses, then the others as one bar, then the bar for no name of
+// the catalogue, whose probability may be 0. Empty for an empty posterior.
 std::vector<Bar> posterior_bars(const std::vector<gap::Probability>& posterior, std::size_t most);
 
 }  // namespace loopwarden::workbench

@@ -283,7 +283,7 @@ TEST_CASE("the corrected model gives PV after the correction", "[gap][long]") {
   } else {
     truth.process_effects = {{"extra_lag", {{"time_constant", 1.5}}}};
   }
-  const numeric::LoopRecord record = test::record_of(truth, 90.0);
+  const numeric::LoopRecord record = test::record_of(truth, 130.0);
   const gap::Result result = find_one(record, test::believed_model());
   REQUIRE(result.outcome == gap::Outcome::missing_effect);
   const std::vector<bool> used(record.size(), true);
