@@ -229,6 +229,7 @@ class Commissioner {
         .fitted = checked.training_end};
     out.noise_rms = estimator::noise_of(out.observed, out.fitted, model.transmitter.resolution,
                                         model.transmitter.span());
+    out.level = model.process.level.value_or(0.0);
     return out;
   }
 

@@ -36,6 +36,7 @@ constexpr double kFree = 0.3;            // uncertainty of the process about the
 constexpr double kRoughly = 0.6;         // of a process that is searched
 constexpr double kLongestMove = 0.4;     // of ln parameter
 constexpr double kSettled = 1e-3;        // of ln parameter
+constexpr double kMostLevel = 0.05;      // of the PV span, from the stated level
 constexpr double kFreeLevel = 0.05;      // of the PV span
 constexpr double kForgets_s = 300.0;     // a disturbance
 constexpr double kSlip = 0.15;           // j over s of a healthy valve
@@ -58,7 +59,7 @@ class Linearised {
   Linearised(const FittedRecord& record, LoopModel model, ProcessUncertainty uncertainty,
              bool level_is_free = true)
       : record_(record),
-        facts_(prepared(std::move(model), uncertainty, level_is_free)),
+        facts_(prepared(std::move(model), uncertainty, level_is_free, record.level)),
         run_(facts_, record.observed.co),
         likelihood_(facts_, run_, record.observed, record.fitted, record.noise_rms, slips_),
         none_(facts_, {}) {}
@@ -87,10 +88,13 @@ class Linearised {
   }
 
  private:
-  static LoopModel prepared(LoopModel model, ProcessUncertainty uncertainty, bool level_is_free) {
+  static LoopModel prepared(LoopModel model, ProcessUncertainty uncertainty, bool level_is_free,
+                            double stated) {
+    const double off = std::abs(model.process.level.value_or(0.0) - stated);
+    const bool at_bound = off >= 0.999 * kMostLevel * model.transmitter.span();
     model.has_valve = false;  // its dynamics are those of the effects of the model
     model.uncertainty = uncertainty;
-    if (level_is_free) model.disturbances.push_back(any_level(model));
+    if (level_is_free && !at_bound) model.disturbances.push_back(any_level(model));
     return model;
   }
 
@@ -221,6 +225,11 @@ ProcessFit fit_process(const FittedRecord& record, const LoopModel& model, int m
     const Solution solution = linear.solve(z);
     LoopModel next = at;
     const double moved = move(next, solution);
+    if (next.process.level) {
+      const double most = kMostLevel * next.transmitter.span();
+      next.process.level =
+          std::clamp(*next.process.level, record.level - most, record.level + most);
+    }
     if (i + 1 >= most_moves || moved < kSettled) {
       return fit_of(record, linear, std::move(next), z, solution);
     }
@@ -355,7 +364,7 @@ double disturbance_of(const FittedRecord& record, const std::vector<double>& pv)
   const estimator::Observed& observed = record.observed;
   double least = std::numeric_limits<double>::infinity();
   double gain = 0.0;
-  for (double tried = 0.0; tried < 0.1; tried = tried == 0.0 ? 1e-5 : 1.4 * tried) {
+  for (double tried = 0.0; tried < 0.6; tried = tried == 0.0 ? 1e-5 : 1.4 * tried) {
     double level = 0.0;
     double squares = 0.0;
     double seen = 1.0;

@@ -38,6 +38,7 @@ struct FittedRecord {
   estimator::Observed observed;
   std::size_t fitted = 0;  // samples
   double noise_rms = 0.0;
+  double level = 0.0;  // PV units, PV at CO 0 as stated; the fit stays near it
 };
 
 // A disturbance by which the level of PV may differ from the model's.
