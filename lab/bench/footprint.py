@@ -29,7 +29,7 @@ DAY_S = 86400
 SECTOR = 512
 DISK_BYTES = 2 << 30
 # ext4 stores changed metadata within 5 s; the kernel writes changed pages within 30 s.
-SETTLE_S = 40
+SETTLE_S = 35
 
 
 class Disk:
@@ -210,7 +210,8 @@ def main():
             daemons.append(Daemon(int(count), float(period), more))
         if not options.no_services:
             programs = services(daemons[0].folder, folder)
-        time.sleep(SETTLE_S)
+        # The first sync makes the folders and files.
+        time.sleep(options.sync + SETTLE_S)
         for one in daemons + programs:
             one.begin()
         time.sleep(options.seconds)
