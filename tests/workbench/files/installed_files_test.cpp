@@ -50,9 +50,10 @@ TEST_CASE("The documents name only state folders that the packages have") {
     std::ifstream in(path);
     return std::string(std::istreambuf_iterator<char>(in), {});
   };
-  const std::string taken_at_purge =
-      text_of(LOOPWARDEN_SOURCE_DIR "/debian/loopwarden.postrm") + " " +
-      text_of(LOOPWARDEN_SOURCE_DIR "/debian/loopwarden-opcua.postrm") + " ";
+  std::string taken_at_purge;
+  for (const auto& file : fs::directory_iterator(LOOPWARDEN_SOURCE_DIR "/debian")) {
+    if (file.path().extension() == ".postrm") taken_at_purge += text_of(file.path()) + " ";
+  }
   const std::regex folder("/var/lib/loopwarden[a-z-]*");
   std::size_t named = 0;
   for (const auto& file : fs::recursive_directory_iterator(LOOPWARDEN_SOURCE_DIR "/docs")) {
@@ -60,7 +61,7 @@ TEST_CASE("The documents name only state folders that the packages have") {
     const std::string text = text_of(file.path());
     for (std::sregex_iterator it(text.begin(), text.end(), folder), end; it != end; ++it) {
       INFO(file.path() << ": " << it->str());
-      const std::regex whole(it->str() + "[ \n]");
+      const std::regex whole(it->str() + "[ ;\n]");
       CHECK(std::regex_search(taken_at_purge, whole));
       ++named;
     }
