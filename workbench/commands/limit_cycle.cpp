@@ -274,8 +274,7 @@ void print_one(const analysis::LinearLoop& loop, const analysis::Margins& m, con
   if (row.simulated.cycles) {
     fmt::print(
         "simulation: limit cycle, period {:.4g} s, amplitude of PV {:.4g} PV units, of CO {:.4g} "
-        "CO "
-        "units\n",
+        "CO units\n",
         row.simulated.period_s, row.simulated.pv_amplitude, row.simulated.co_amplitude);
   } else {
     fmt::print("simulation: no limit cycle\n");

@@ -58,24 +58,20 @@ void print_failed(const nlohmann::json& failed) {
     if (!why.starts_with(file)) {
       why = fmt::format("{}: {}: {}", file, problem.value("loop", "loop"), why);
     }
-    const bool skipped = problem.value("lost", "loop") == "signals";
-    if (said.insert(why).second)
-      fmt::print(stderr, "{}: {}\n", skipped ? "skipped" : "failed", why);
+    if (said.insert(why).second) {
+      fmt::print(stderr, "{}: {}\n", is_skipped(problem) ? "skipped" : "failed", why);
+    }
   }
 }
 
 // Returns 65 if a file or loop could not be read, even though all others were judged.
 int exit_code_of(const nlohmann::json& failed) {
-  const bool lost = std::any_of(failed.begin(), failed.end(), [](const nlohmann::json& problem) {
-    return problem.value("lost", "loop") != "signals";
-  });
-  return lost ? kExitData : kExitOk;
+  return std::all_of(failed.begin(), failed.end(), is_skipped) ? kExitOk : kExitData;
 }
 
 // Returns "29 files: 27 read, 2 could not be read; 12 loops: 8 judged, 3 from an earlier run, 1
-// could not be read;
-// 4 files skipped". The parts of files and of loops add up to their totals. The last part is
-// additional.
+// could not be read; 4 files skipped". The parts of files and of loops add up to their totals. The
+// last part is additional.
 std::string count_text(const SurveyCount& count, const nlohmann::json& failed) {
   const auto names_of = [&](const char* lost, const char* key) {
     std::set<std::string> names;

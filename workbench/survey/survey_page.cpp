@@ -85,6 +85,8 @@ std::string tag_html(const std::string& tag) {
   return html + escaped(part);
 }
 
+bool is_skipped(const json& problem) { return problem.value("lost", "loop") == "signals"; }
+
 std::string surveyed_verdict(const json& loop) {
   std::string verdict = loop.at("verdict").get<std::string>();
   if (verdict == "valve_effect") {
@@ -176,9 +178,7 @@ std::string counts_html(const json& survey, const std::map<std::string, int>& ne
     html += fmt::format("<li><b>{}</b>{}</li>", at == next.end() ? 0 : at->second, what);
   }
   const json& failed = survey.at("failed");
-  const auto skipped = std::count_if(failed.begin(), failed.end(), [](const json& problem) {
-    return problem.value("lost", "loop") == "signals";
-  });
+  const auto skipped = std::count_if(failed.begin(), failed.end(), is_skipped);
   return html +
          fmt::format("<li><b>{}</b>without PV or CO</li><li><b>{}</b>could not be read</li></ul>\n",
                      skipped, static_cast<std::ptrdiff_t>(failed.size()) - skipped);
