@@ -3,7 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
+#include <string_view>
 
 #include "model/estimator/constants.hpp"
 #include "model/estimator/starts.hpp"
@@ -16,6 +18,7 @@ constexpr std::size_t kPolished = 7;  // singles that are searched again
 constexpr std::size_t kParents = 5;   // singles from which pairs grow
 constexpr std::size_t kChildren = 5;  // pairs of each that are searched
 constexpr std::size_t kByLaw = 2;     // sticking hypotheses that are searched by law
+constexpr std::size_t kScanned = 14;  // values of a parameter in a scan
 constexpr double kParentLead = 8.0;   // nats above the model
 constexpr double kChildLead = 3.0;    // nats above the parent, at the first tries
 
@@ -271,6 +274,34 @@ class Competitors {
     }
   }
 
+  // A valve law with two parameters of its own is scanned over both: the likelihood of a drive with
+  // a band has several maxima, and few members find only one of them.
+  void scan_valve(const Hypothesis& hypothesis, Start& start) const {
+    const Law& law = *hypothesis.terms()[0];
+    const auto own = std::count_if(law.search.begin(), law.search.end(), [](const auto& range) {
+      return std::string_view(range.name) != effects::kStart.name;
+    });
+    if (law.block != effects::Block::valve || law.smooth || law.slips || law.columns > 0 ||
+        own != 2) {
+      return;
+    }
+    Likelihood::Work work;
+    std::vector<double> z = start.mean;
+    std::vector<double> best = z;
+    double highest = std::numeric_limits<double>::lowest();
+    for (std::size_t i = 0; i < kScanned * kScanned; ++i) {
+      z[0] = Hypothesis::middle(i / kScanned, kScanned);
+      z[1] = Hypothesis::middle(i % kScanned, kScanned);
+      const double l = likelihood_.of(hypothesis, z, work);
+      if (l > highest) {
+        highest = l;
+        best = z;
+      }
+    }
+    start.mean = best;
+    start.deviation[0] = start.deviation[1] = 1.0 / static_cast<double>(kScanned);
+  }
+
   void add_singles() {
     const Fit none = out_.none();
     const std::vector<double> error = error_of(none);
@@ -282,6 +313,7 @@ class Competitors {
       const Effort effort = effort_of(one);
       tasks.push_back({std::move(one), std::move(start), effort, 1});
     }
+    parallel_(tasks.size(), [&](std::size_t i) { scan_valve(tasks[i].hypothesis, tasks[i].start); });
     search_all(tasks);
   }
 

@@ -3,10 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <optional>
 #include <utility>
 
+#include "model/effects/catalogue.hpp"
 #include "model/estimator/constants.hpp"
 #include "model/estimator/flexible.hpp"
 #include "model/estimator/slips.hpp"
@@ -246,6 +248,7 @@ class Estimator {
 
   bool tells(const Fit& fit, const std::vector<double>& base) const {
     const Point point = fit.hypothesis.at(fit.population.top().z);
+    const auto solved = fit.solution.solved(fit.hypothesis, likelihood_.fixed());
     constexpr double kLeastTelling = 0.005;  // of the samples
     const std::span<const double> co(observed_.co.data(), fitted_);
     for (std::size_t i = 0; i < fit.hypothesis.terms().size(); ++i) {
@@ -255,6 +258,12 @@ class Estimator {
         return false;
       }
       if (term.shows_place != nullptr && !term.shows_place(point.searched[i], co)) return false;
+      const effects::Descriptor* info = effects::find_effect(term.name);
+      if (info != nullptr && info->more_by != nullptr) {
+        const auto parameters = term.effect(point.searched[i], solved[i]).parameters;
+        const auto more = parameters.find(info->more_by);
+        if (more != parameters.end() && more->second < term.more_from) return false;
+      }
     }
     if (fit.score < competition_.none().score) return true;
     const std::vector<double> pv = run_of(fit);
@@ -373,23 +382,47 @@ class Estimator {
         m.z = fit.hypothesis.without_slips(std::move(m.z));
       }
     }
-    // Of members that fit as well, the middle one on the last third: the best of many there would
-    // be chosen by what is to prove it.
-    std::vector<std::pair<Errors, std::size_t>> left;
-    for (std::size_t i = 0; i < out.population.members.size(); ++i) {
-      const std::vector<double>& z = out.population.members[i].z;
-      likelihood_.of(law, z, work, &out.solution);
-      left.emplace_back(errors_of(likelihood_.simulate(law, z, out.solution, observed_.pv.size())),
-                        i);
+    std::vector<double> left;
+    for (const Member& m : out.population.members) {
+      likelihood_.of(law, m.z, work, &out.solution);
+      left.push_back(
+          errors_of(likelihood_.simulate(law, m.z, out.solution, observed_.pv.size())).training);
     }
-    double least = left[0].first.training;
-    for (const auto& one : left) least = std::min(least, one.first.training);
-    std::erase_if(left, [&](const auto& one) { return one.first.training > kAsGood * least; });
-    std::sort(left.begin(), left.end(),
-              [](const auto& a, const auto& b) { return a.first.holdout < b.first.holdout; });
-    out.population.best = left[(left.size() - 1) / 2].second;
+    out.population.best = middle_of(law, out.population.members, left);
     likelihood_.of(law, out.population.top().z, work, &out.solution);
     return out;
+  }
+
+  // Of members that fit the record as well, the one in the middle of their range: friction varies,
+  // so it has the largest margin for slips that are not fitted.
+  static std::size_t middle_of(const Hypothesis& law, const std::vector<Member>& members,
+                               const std::vector<double>& error) {
+    const double most = kAsGood * *std::min_element(error.begin(), error.end());
+    const std::size_t own = law.layout().own;
+    std::vector<double> low(own, 1.0);
+    std::vector<double> high(own, 0.0);
+    for (std::size_t m = 0; m < members.size(); ++m) {
+      if (error[m] > most) continue;
+      for (std::size_t i = 0; i < own; ++i) {
+        low[i] = std::min(low[i], members[m].z[i]);
+        high[i] = std::max(high[i], members[m].z[i]);
+      }
+    }
+    std::size_t middle = 0;
+    double nearest = std::numeric_limits<double>::max();
+    for (std::size_t m = 0; m < members.size(); ++m) {
+      if (error[m] > most) continue;
+      double distance = 0.0;
+      for (std::size_t i = 0; i < own; ++i) {
+        const double off = members[m].z[i] - 0.5 * (low[i] + high[i]);
+        distance += off * off / std::max(1e-12, (high[i] - low[i]) * (high[i] - low[i]));
+      }
+      if (distance < nearest) {
+        nearest = distance;
+        middle = m;
+      }
+    }
+    return middle;
   }
 
   double closed(double before, double after) const {
@@ -469,9 +502,10 @@ class Estimator {
   // `catalogue`: probability that a law of the catalogue is the cause.
   void name(Estimate& out, const Fit& chosen, const std::vector<double>& weight,
             double catalogue) const {
-    const auto ranges = intervals(likelihood_, chosen);
-    const Point point = chosen.hypothesis.at(chosen.population.top().z);
-    const auto solved = chosen.solution.solved(chosen.hypothesis, likelihood_.fixed());
+    const Fit& shown = representative(chosen);
+    const Point point = shown.hypothesis.at(shown.population.top().z);
+    const auto solved = shown.solution.solved(shown.hypothesis, likelihood_.fixed());
+    const auto ranges = intervals(likelihood_, chosen, shown);
     for (std::size_t i = 0; i < chosen.hypothesis.terms().size(); ++i) {
       const Law& term = *chosen.hypothesis.terms()[i];
       double confidence = 0.0;
@@ -484,7 +518,7 @@ class Estimator {
                   std::min(catalogue * confidence, kLimits.most_confidence),
                   ranges[i],
                   {},
-                  moment_of(chosen, i)};
+                  moment_of(shown, i)};
       if (!term.named) {
         found.description = term.description();
         found.spec.name = "learned";
@@ -499,7 +533,7 @@ class Estimator {
       }
       out.effects.push_back(std::move(found));
     }
-    out.corrected = corrected(chosen);
+    out.corrected = corrected(shown);
   }
 
   plant::LoopModel corrected(const Fit& fit) const {

@@ -100,7 +100,7 @@ std::vector<double> weights(const std::vector<Fit>& fits) {
 }
 
 std::vector<std::map<std::string, Interval>> intervals(const Likelihood& likelihood,
-                                                       const Fit& fit) {
+                                                       const Fit& fit, const Fit& shown) {
   const Terms& terms = fit.hypothesis.terms();
   std::vector<std::map<std::string, std::vector<double>>> samples(terms.size());
   std::vector<std::vector<double>> parts;
@@ -122,13 +122,13 @@ std::vector<std::map<std::string, Interval>> intervals(const Likelihood& likelih
       }
     }
   }
-  const Point best = fit.hypothesis.at(fit.population.top().z);
-  const auto best_solved = fit.solution.solved(fit.hypothesis, likelihood.fixed());
+  const Point point = shown.hypothesis.at(shown.population.top().z);
+  const auto shown_solved = shown.solution.solved(shown.hypothesis, likelihood.fixed());
   std::vector<std::map<std::string, Interval>> out(terms.size());
   const auto count = static_cast<double>(parts.size());
   const auto part_count = static_cast<double>(kLimits.parts);
   for (std::size_t i = 0; i < terms.size(); ++i) {
-    const auto spec = terms[i]->effect(best.searched[i], best_solved[i]);
+    const auto spec = terms[i]->effect(point.searched[i], shown_solved[i]);
     for (auto& [name, values] : samples[i]) {
       const auto value = spec.parameters.find(name);
       if (value == spec.parameters.end() || values.size() != parts.size()) continue;
@@ -162,6 +162,13 @@ std::vector<std::map<std::string, Interval>> intervals(const Likelihood& likelih
         const double factor = std::exp(std::min(half / value->second, kLargestFactor));
         interval.within = {value->second / factor, value->second * factor};
       }
+    }
+    // A slip jump is at most the stick band.
+    const auto band = out[i].find("s");
+    const auto jump = out[i].find("j");
+    if (band != out[i].end() && jump != out[i].end()) {
+      double& highest = jump->second.within[1];
+      highest = std::max(jump->second.value, std::min(highest, band->second.within[1]));
     }
   }
   return out;

@@ -15,7 +15,7 @@ using numeric::text;
 
 std::string parameters_text(const effects::EffectSpec& spec) {
   std::string out;
-  const effects::Descriptor* info = effects::find_effect(spec.name);
+  const effects::Descriptor* info = effects::find_word(spec.name);
   const auto curve = spec.options.find("curve");
   if (curve != spec.options.end()) out = curve->second;
   for (const auto& [name, value] : spec.parameters) {
