@@ -77,7 +77,7 @@ class Competitors {
     add_singles();
     say(0.45);
     search_again(kPolished, 400.0, 1);
-    stick_from_backlash();
+    stick_from_others();
     stick_by_law(1);
     say(0.7);
     for (std::size_t effects = 2; effects <= most_effects; ++effects) {
@@ -313,7 +313,8 @@ class Competitors {
       const Effort effort = effort_of(one);
       tasks.push_back({std::move(one), std::move(start), effort, 1});
     }
-    parallel_(tasks.size(), [&](std::size_t i) { scan_valve(tasks[i].hypothesis, tasks[i].start); });
+    parallel_(tasks.size(),
+              [&](std::size_t i) { scan_valve(tasks[i].hypothesis, tasks[i].start); });
     search_all(tasks);
   }
 
@@ -341,25 +342,28 @@ class Competitors {
     search_all(tasks);
   }
 
-  // Stiction with a small jump is nearly backlash, whose fit shows where to look for it.
-  void stick_from_backlash() {
-    const Fit* backlash = nullptr;
+  // Searches stiction where laws that are nearly the same fit better: backlash, which is stiction
+  // with a small jump, and stiction of a part of the record.
+  void stick_from_others() {
+    const auto sticks = std::find_if(catalogue_.begin(), catalogue_.end(),
+                                     [](const Law& law) { return law.slips; });
+    if (sticks == catalogue_.end()) return;
+    std::vector<Task> tasks;
     for (const Fit& fit : out_.fits) {
-      if (fit.hypothesis.title() == "backlash" && fit.hypothesis.named()) backlash = &fit;
-    }
-    if (backlash == nullptr || backlash->score < out_.none().score + kParentLead) return;
-    for (const Law& law : catalogue_) {
-      if (!law.slips) continue;
-      Hypothesis sticks(likelihood_.loop(), {&law});
-      Start start = from_parent(*backlash, sticks, 1.0);
-      const double deadband = backlash->hypothesis.at(backlash->population.top().z).searched[0][0];
-      start.mean[0] = law.search[0].position(1.1 * deadband);
+      const std::string name = fit.hypothesis.named() ? fit.hypothesis.title() : "";
+      if (fit.hypothesis.terms().size() == 1 && fit.hypothesis.terms()[0] == &*sticks) break;
+      const bool part = name == "intermittent_stiction";
+      if ((!part && name != "backlash") || fit.score < out_.none().score + kParentLead) continue;
+      const std::vector<double> own = fit.hypothesis.at(fit.population.top().z).searched[0];
+      Hypothesis stiction(likelihood_.loop(), {&*sticks});
+      Start start = from_parent(fit, stiction, 1.0);
+      start.mean[0] = sticks->search[0].position(part ? own[0] : 1.1 * own[0]);
       start.deviation[0] = 0.03;
-      start.mean[1] = 0.1;
-      start.deviation[1] = 0.15;
-      search_all({{std::move(sticks), std::move(start), {64, 2, 3, 100}, 5, true}});
-      return;
+      start.mean[1] = part ? sticks->search[1].position(own[1]) : 0.1;
+      start.deviation[1] = part ? 0.05 : 0.15;
+      tasks.push_back({std::move(stiction), std::move(start), {160, 2, 6, 150}, 5, true});
     }
+    search_all(tasks);
   }
 
   // Sticking hypotheses, with every slip by the law, from where slips by PV led. A friction that
@@ -372,7 +376,7 @@ class Competitors {
       if (fit.hypothesis.sticking() == Hypothesis::npos) continue;
       if (fit.score < out_.none().score + kParentLead) break;
       Start start = Start::around(fit.population.members, fit.population.best, 1.5, 0.02, 1.0);
-      tasks.push_back({fit.hypothesis, std::move(start), {96, 2, 3, 150}, 6, true});
+      tasks.push_back({fit.hypothesis, std::move(start), {160, 2, 6, 150}, 6, true});
     }
     search_all(tasks);
   }

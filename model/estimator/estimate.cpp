@@ -361,14 +361,23 @@ class Estimator {
 
   // The law of a fit without slips by PV, searched near its posterior.
   const Fit& representative(const Fit& fit) const {
-    if (!fit.hypothesis.jumps()) return fit;
+    return fit.hypothesis.jumps() ? represented(fit).fit : fit;
+  }
+
+  struct Represented {
+    Fit fit;
+    // Of the last third, between members that fit the record as well, PV units rms. A few slips
+    // fix the friction only so far.
+    double spread = 0.0;
+  };
+  const Represented& represented(const Fit& fit) const {
     const std::pair key{fit.hypothesis.title(), fit.log_likelihood()};
     const auto known = representatives_.find(key);
     if (known != representatives_.end()) return known->second;
     return representatives_.emplace(key, find_representative(fit)).first->second;
   }
 
-  Fit find_representative(const Fit& fit) const {
+  Represented find_representative(const Fit& fit) const {
     Hypothesis law = fit.hypothesis.law_only();
     Start start = Start::around(fit.population.members, fit.population.best, 1.5, 0.02, 1.0);
     start.mean = fit.hypothesis.without_slips(std::move(start.mean));
@@ -383,21 +392,31 @@ class Estimator {
       }
     }
     std::vector<double> left;
+    std::vector<std::vector<double>> runs;
     for (const Member& m : out.population.members) {
       likelihood_.of(law, m.z, work, &out.solution);
-      left.push_back(
-          errors_of(likelihood_.simulate(law, m.z, out.solution, observed_.pv.size())).training);
+      runs.push_back(likelihood_.simulate(law, m.z, out.solution, observed_.pv.size()));
+      left.push_back(errors_of(runs.back()).training);
     }
-    out.population.best = middle_of(law, out.population.members, left);
+    const double most = kAsGood * *std::min_element(left.begin(), left.end());
+    out.population.best = middle_of(law, out.population.members, left, most);
     likelihood_.of(law, out.population.top().z, work, &out.solution);
-    return out;
+    const std::vector<double>& shown = runs[out.population.best];
+    double sum = 0.0;
+    std::size_t count = 0;
+    for (std::size_t m = 0; m < runs.size(); ++m) {
+      if (left[m] > most) continue;
+      for (std::size_t k = fitted_; k < shown.size(); ++k, ++count) {
+        sum += (runs[m][k] - shown[k]) * (runs[m][k] - shown[k]);
+      }
+    }
+    return {std::move(out), count > 0 ? std::sqrt(sum / static_cast<double>(count)) : 0.0};
   }
 
   // Of members that fit the record as well, the one in the middle of their range: friction varies,
   // so it has the largest margin for slips that are not fitted.
   static std::size_t middle_of(const Hypothesis& law, const std::vector<Member>& members,
-                               const std::vector<double>& error) {
-    const double most = kAsGood * *std::min_element(error.begin(), error.end());
+                               const std::vector<double>& error, double most) {
     const std::size_t own = law.layout().own;
     std::vector<double> low(own, 1.0);
     std::vector<double> high(own, 0.0);
@@ -442,7 +461,8 @@ class Estimator {
   }
 
   // The error of the law itself, PV units: a part of the gap at most. No law of friction is exactly
-  // that of a real valve, so the error on the fitted part counts for it. If a law without a name
+  // that of a real valve, so the error on the fitted part counts for it, or what the record leaves
+  // open on the last third. If a law without a name
   // explains what is left, that is no error of this law but another effect.
   double law_error_of(const Fit& fit, const Estimate& out, double flexible_lead) const {
     const double most = kLimits.law_share * out.before.holdout;
@@ -450,7 +470,8 @@ class Estimator {
     const bool friction =
         std::any_of(terms.begin(), terms.end(), [](const Law* t) { return t->friction; });
     if (friction && flexible_lead < kLimits.further_lead) {
-      return std::min(out.after.training, most);
+      const double spread = fit.hypothesis.jumps() ? represented(fit).spread : 0.0;
+      return std::min(std::max(out.after.training, spread), most);
     }
     return std::min(size_of(fit).law, most);
   }
@@ -554,7 +575,7 @@ class Estimator {
   std::vector<Law> named_;
   std::vector<Law> unnamed_;
   Competition competition_;
-  mutable std::map<std::pair<std::string, double>, Fit> representatives_;
+  mutable std::map<std::pair<std::string, double>, Represented> representatives_;
 };
 
 }  // namespace

@@ -99,8 +99,8 @@ std::vector<double> weights(const std::vector<Fit>& fits) {
   return weight;
 }
 
-std::vector<std::map<std::string, Interval>> intervals(const Likelihood& likelihood,
-                                                       const Fit& fit, const Fit& shown) {
+std::vector<std::map<std::string, Interval>> intervals(const Likelihood& likelihood, const Fit& fit,
+                                                       const Fit& shown) {
   const Terms& terms = fit.hypothesis.terms();
   std::vector<std::map<std::string, std::vector<double>>> samples(terms.size());
   std::vector<std::vector<double>> parts;

@@ -34,8 +34,8 @@ struct Interval {
 };
 
 // 95 % intervals of the parameters of each effect of `fit`, by name, around those of `shown`.
-std::vector<std::map<std::string, Interval>> intervals(const Likelihood& likelihood,
-                                                       const Fit& fit, const Fit& shown);
+std::vector<std::map<std::string, Interval>> intervals(const Likelihood& likelihood, const Fit& fit,
+                                                       const Fit& shown);
 
 // Log-likelihood of each part of the record, nats.
 std::vector<double> parts_of(const Solution& solution);

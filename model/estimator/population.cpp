@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 #include "model/estimator/constants.hpp"
 #include "model/numeric/random.hpp"
@@ -56,6 +57,7 @@ class Search {
       std::vector<double> z = draw(start, size, random_);
       const double l = likelihood_.of(hypothesis_, z, work_);
       members_.push_back({std::move(z), l});
+      if (l > best_.log_likelihood) best_ = members_.back();
     }
     double degree = 0.0;
     for (int i = 0; i < kMostDegrees && degree < 1.0; ++i) {
@@ -66,6 +68,8 @@ class Search {
     for (std::size_t i = 1; i < out.members.size(); ++i) {
       if (out.members[i].log_likelihood > out.top().log_likelihood) out.best = i;
     }
+    // A needle in the likelihood can be met early and lost at a low degree.
+    if (best_.log_likelihood > out.top().log_likelihood) out.members[out.best] = best_;
     climb(out.members[out.best]);
     return out;
   }
@@ -194,6 +198,7 @@ class Search {
 
   bool moves_to(Member& m, std::vector<double> z, double degree) {
     const double l = likelihood_.of(hypothesis_, z, work_);
+    if (l > best_.log_likelihood) best_ = {z, l};
     if (std::log(random_.uniform()) >= degree * (l - m.log_likelihood)) return false;
     m.z = std::move(z);
     m.log_likelihood = l;
@@ -226,6 +231,7 @@ class Search {
   Random& random_;
   Likelihood::Work& work_;
   std::vector<Member> members_;
+  Member best_{{}, std::numeric_limits<double>::lowest()};  // of all that were tried
 };
 
 }  // namespace

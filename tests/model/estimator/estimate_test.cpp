@@ -124,7 +124,7 @@ TEST_CASE("the answer does not depend on units", "[estimator][estimate]") {
   REQUIRE(names_of(b) == "backlash");
   CHECK(b.effects[0].spec.parameters.at("deadband") ==
         Approx(by_co * a.effects[0].spec.parameters.at("deadband")).epsilon(0.05));
-  CHECK(b.after.holdout == Approx(by_pv * a.after.holdout).epsilon(0.02));
+  CHECK(b.after.holdout == Approx(by_pv * a.after.holdout).epsilon(0.05));
 }
 
 TEST_CASE("the answer does not depend on rounding", "[estimator][estimate]") {

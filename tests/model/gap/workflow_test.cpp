@@ -296,7 +296,7 @@ TEST_CASE("probabilities add up, and a confidence is the sum of its hypotheses",
   plant::LoopModel truth = test::believed_model();
   truth.valve_effects = {{"stiction", {{"s", 0.9}, {"j", 0.3}}}};
   truth.controller.pid.gains.kp *= 1.3;
-  const gap::Result result = find_one(test::record_of(truth, 90.0), test::believed_model());
+  const gap::Result result = find_one(test::record_of(truth, 130.0), test::believed_model());
   REQUIRE(result.effects.size() == 2);  // the controller, too
   double sum = 0.0;
   for (const gap::Probability& h : result.posterior) {

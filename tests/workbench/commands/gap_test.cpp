@@ -347,7 +347,7 @@ TEST_CASE("a level that is not shown leaves the fit at the model's level", "[gap
   const nlohmann::json answer = measured("rse_fcv701");
   REQUIRE_FALSE(answer["effects"].empty());
   CHECK(answer["effects"][0]["name"] == "stiction");
-  CHECK(answer["gap"]["after"]["holdout_rmse"] < 0.12);
+  CHECK(closed(answer["gap"]) > 0.95);
 }
 
 TEST_CASE("a level taken from the record belongs to the gain of the given model",
