@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Commissions loops from 20 healthy minutes and a rough model, and explains the change that follows.
+// Commissions loops from 20 healthy minutes and a rough model, and explains the change after them.
 #include <fmt/format.h>
 #include <sys/resource.h>
 

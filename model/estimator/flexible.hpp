@@ -14,8 +14,8 @@
 //
 //   z  response of PV to the flow at the gain of the model     A  answer time, s
 //
-// A family of the same kind as a named effect is left out: a curve that isn't exactly the stated one
-// is still a curve.
+// A family of the same kind as a named effect is left out: a curve that isn't exactly the stated
+// one is still a curve.
 // The weights are integrated out like every linear parameter. If such a law predicts the last third
 // of the record better than the named one, the name is not the whole truth.
 #pragma once

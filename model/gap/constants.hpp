@@ -78,6 +78,10 @@ inline constexpr double kClosed = 0.8;
 inline constexpr double kPartlyClosed = 0.5;
 inline constexpr double kPartlyConfidence = 0.89;
 
+// Confidence if what is left of PV follows SP or CO: something else is missing, too; and the share
+// of it that must follow. By definition; by hand.
+inline constexpr double kMostFollowing = 0.7;
+inline constexpr double kFollows = 0.5;
 // Most confidence of a name. By hand:
 inline constexpr double kMostUntested = 0.8;      // CO was not measured
 inline constexpr double kMostResampled = 0.85;    // CO between the samples is unknown

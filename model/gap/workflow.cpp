@@ -12,6 +12,7 @@
 #include "model/gap/check.hpp"
 #include "model/gap/constants.hpp"
 #include "model/gap/controller.hpp"
+#include "model/gap/independence.hpp"
 #include "model/gap/locate.hpp"
 #include "model/gap/logger.hpp"
 #include "model/gap/model_run.hpp"
@@ -435,6 +436,9 @@ class Workflow {
             text("it closes %.0f %% of the squared gap on unseen data", 100.0 * closed_));
     }
     if (record_.closed_loop) limit(kMostUntested, "CO was not measured");
+    if (const char* input = what_is_left_follows()) {
+      limit(kMostFollowing, text("what is left of PV on unseen data follows %s", input));
+    }
     if (options_.archive || taken_.other_period) {
       limit(kMostResampled, "CO between the samples is unknown");
     }
@@ -458,6 +462,28 @@ class Workflow {
             "repeats");
     }
     return most;
+  }
+
+  // "SP", "CO", or null: nothing, or it can't be told.
+  const char* what_is_left_follows() const {
+    const double left = result_.after.holdout_rmse;
+    const double noise = result_.floor.transmitter_rmse;
+    const double left_rms = std::sqrt(std::max(0.0, left * left - noise * noise));
+    std::vector<double> error(record_.pv.size());
+    for (std::size_t k = 0; k < error.size(); ++k) error[k] = record_.pv[k] - series_.pv_after[k];
+    static const std::vector<double> kUnknown;
+    const Independence found =
+        test_independence({.error = error,
+                           .counts = record_.used,
+                           .sp = record_.record.has_sp() ? record_.sp : kUnknown,
+                           .co = record_.closed_loop ? kUnknown : record_.co,
+                           .stretch = {record_.training_end, error.size()},
+                           .answer_s = plant::answer_s(record_.model),
+                           .period_s = record_.record.period_s,
+                           .left_rms = left_rms,
+                           .nothing_rms = result_.floor.rmse(),
+                           .matters_rms = kFollows * left_rms});
+    return found.follows_sp ? "SP" : found.follows_co ? "CO" : nullptr;
   }
 
   // The largest band, jump or flow, CO units. A position in the travel does not count.

@@ -37,7 +37,6 @@ using numeric::ParallelFor;
 struct SearchOptions {
   bool several = true;                 // more than one effect
   bool load = true;                    // with an unmeasured disturbance
-  bool allowances = true;              // unused
   std::vector<std::string> without{};  // names that are not given
   bool level_of_record = false;        // the model does not know PV at CO 0
 };
