@@ -150,9 +150,7 @@ class Estimator {
     }
     out.evaluations = competition_.evaluations;
     const std::vector<double> weight = weights(competition_.fits);
-    const double unnamed = kLimits.unnamed[!explained(out, chosen)                ? 2
-                                           : within(out.after.holdout, out.floor) ? 0
-                                                                                  : 1];
+    const double unnamed = kLimits.unnamed[!explained(out, chosen) ? 2 : exact(out) ? 0 : 1];
     out.posterior.emplace_back(std::vector<std::string>{"unnamed"}, unnamed);
     for (std::size_t i = 0; i < weight.size(); ++i) {
       out.ranked.push_back(rank(competition_.fits[i], weight[i]));
@@ -499,6 +497,11 @@ class Estimator {
   bool within(double left, double floor) const {
     return left <= kLimits.floors * floor || left <= kLeastEffect * loop_.pv_span;
   }
+  // Whether the chosen law leaves no visible error, as that of the plant itself would.
+  bool exact(const Estimate& out) const {
+    return out.after.holdout <= kVisible * out.floor ||
+           out.after.holdout <= kLeastEffect * loop_.pv_span;
+  }
   bool explained(const Estimate& out, const Fit& fit) const {
     if (out.flexible_lead > kLimits.flexible_lead) return false;
     if (fit.hypothesis.terms().empty()) {
@@ -549,7 +552,7 @@ class Estimator {
         found.confidence = std::min(found.confidence, kLimits.most_with_flexible);
       }
       // Only the law's own error explains what is left, or the process is not known.
-      if (loop_.wide || !within(out.after.holdout, out.floor)) {
+      if (loop_.wide || !exact(out)) {
         found.confidence = std::min(found.confidence, kLimits.most_inexact);
       }
       out.effects.push_back(std::move(found));

@@ -50,7 +50,10 @@ class DaemonProcess {
   }
   std::filesystem::path config() const { return folder_ / "config"; }
   const std::filesystem::path& folder() const { return folder_.path(); }
-  std::string log() const { return read_file(folder_ / "log"); }
+  // Empty before the daemon has written it.
+  std::string log() const {
+    return std::filesystem::exists(folder_ / "log") ? read_file(folder_ / "log") : std::string();
+  }
 
   // Starts it and waits until it answers.
   void start() {
