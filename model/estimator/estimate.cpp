@@ -20,15 +20,17 @@ namespace {
 
 using effects::Block;
 
-constexpr double kEndQuantile = 0.01;      // where the ends of PV are taken
-constexpr double kLeastMovement = 0.005;   // of the CO span: a valve that moves less shows nothing
-constexpr double kAsGood = 1.15;           // of the least error on the fitted part
-constexpr double kEqual = 1.0;             // nats
-constexpr double kNearlyAll = 0.8;         // of what is left, for a further effect
-constexpr double kVisible = 1.5;           // of the floor: a larger error is a visible gap
-constexpr double kSpike = 8.0;             // noise of a sample, beyond what the process can do
-constexpr std::size_t kLongestSpike = 12;  // samples
-constexpr double kLeastEffect = 0.0015;    // of the PV span: a smaller effect does not matter
+constexpr double kEndQuantile = 0.01;       // where the ends of PV are taken
+constexpr double kLeastMovement = 0.005;    // of the CO span: a valve that moves less shows nothing
+constexpr double kAsGood = 1.15;            // of the least error on the fitted part
+constexpr double kEqual = 1.0;              // nats
+constexpr double kNearlyAll = 0.8;          // of what is left, for a further effect
+constexpr double kVisible = 1.5;            // of the floor: a larger error is a visible gap
+constexpr double kSpike = 8.0;              // noise of a sample, beyond what the process can do
+constexpr std::size_t kLongestSpike = 12;   // samples
+constexpr double kLeastExplanation = 0.05;  // probability of one that is simulated
+constexpr std::size_t kSamples = 50;        // models of an explanation
+constexpr double kLeastEffect = 0.0015;     // of the PV span: a smaller effect does not matter
 
 // Linear dynamics and curves: a model that does not know the process can't lack them.
 bool changes_process(const Candidate& c) {
@@ -158,6 +160,7 @@ class Estimator {
     }
     std::stable_sort(out.posterior.begin(), out.posterior.end(),
                      [](const auto& a, const auto& b) { return a.second > b.second; });
+    out.explanations = explanations(out);
     out.chosen = chosen.hypothesis.title();
     out.chosen_left = out.after;
     const bool names = !chosen.hypothesis.terms().empty();
@@ -510,6 +513,29 @@ class Estimator {
     return within(std::max(out.after.training, out.with_slips),
                   std::hypot(out.floor, out.law_error)) &&
            !refuted(out);
+  }
+
+  std::vector<Explanation> explanations(const Estimate& out) const {
+    std::vector<Explanation> all;
+    for (const auto& [names, probability] : out.posterior) {
+      const auto fit = std::find_if(
+          competition_.fits.begin(), competition_.fits.end(),
+          [&](const Fit& f) { return f.hypothesis.named() && f.hypothesis.names() == names; });
+      if (probability < kLeastExplanation || fit == competition_.fits.end()) continue;
+      Explanation& one = all.emplace_back(Explanation{names, probability, {}});
+      Fit sample = representative(*fit);
+      Likelihood::Work work;
+      for (const Member& m : sample.population.members) {
+        if (one.samples.size() == kSamples) break;
+        likelihood_.of(sample.hypothesis, m.z, work, &sample.solution);
+        const Eigen::VectorXd& mean = sample.solution.mean;
+        one.samples.push_back(
+            run_.corrected(sample.hypothesis, sample.hypothesis.at(m.z),
+                           {mean.data(), static_cast<std::size_t>(mean.size())},
+                           sample.solution.solved(sample.hypothesis, likelihood_.fixed())));
+      }
+    }
+    return all;
   }
 
   // When effect `term` began; zeros: always.

@@ -22,6 +22,7 @@
 #include "model/estimator/blocks.hpp"
 #include "model/estimator/constants.hpp"
 #include "model/estimator/judgement.hpp"
+#include "model/estimator/plan.hpp"
 #include "model/estimator/since.hpp"
 #include "model/numeric/parallel.hpp"
 #include "model/plant/loop_model.hpp"
@@ -76,6 +77,8 @@ struct Estimate {
   // Hypotheses by probability; {"unnamed"}: none of the catalogue. The sum is 1.
   std::vector<std::pair<std::vector<std::string>, double>> posterior;
   std::vector<Ranked> ranked;
+  // Those of the catalogue with a probability of at least 0.05, as models of the loop.
+  std::vector<Explanation> explanations;
   Errors before, after;
   double with_slips = 0.0;  // PV units, last third, with the slips that PV shows there
   double noise_rms = 0.0;   // PV units

@@ -48,6 +48,11 @@ inline constexpr double kSpikeLag = 3.0;
 // Confidence of a name from flat readings. By hand: a logger can fill or limit a record, too.
 inline constexpr double kReadingConfidence = 0.95;
 
+// next test
+// Explanations of at least this probability compete, at most so many. By hand.
+inline constexpr double kCompetes = 0.05;
+inline constexpr std::size_t kMostCompeting = 3;
+
 // controller
 // A smaller RMS error of CO, of its span, does not matter. By hand: a 12-bit step is 0.00024.
 inline constexpr double kLeastControllerRms = 0.002;

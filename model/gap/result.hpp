@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "model/estimator/plan.hpp"
 #include "model/plant/loop_model.hpp"
 
 namespace loopwarden::gap {
@@ -132,6 +133,13 @@ struct TriedCandidate {
   std::string why_not;
 };
 
+// The smallest move that tells the likeliest explanations apart (estimator/plan.hpp).
+struct NextTest {
+  std::vector<Probability> explanations;  // that it tells apart
+  estimator::TestPlan plan;
+  std::optional<estimator::TestPlan> next_class;  // a larger test that decides more often
+};
+
 // For pictures, one value a sample; NaN where there is none.
 struct Series {
   std::vector<double> time_s, sp, pv, co;
@@ -161,6 +169,8 @@ struct Result {
   plant::LoopModel adjusted;    // the model with its process moved within its uncertainty
   double holdout_from_s = 0.0;  // s
   Series series;
+  std::optional<NextTest> next_test;
+  std::string why_no_test;  // a sentence, if explanations compete and no test decides
 };
 
 }  // namespace loopwarden::gap

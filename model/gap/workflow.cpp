@@ -186,6 +186,7 @@ class Workflow {
     estimate(progress);
     decide();
     describe();
+    plan_next_test();
     return std::move(result_);
   }
 
@@ -746,6 +747,42 @@ class Workflow {
                 "is unknown, and the controller is not compared.",
                 record_.record.period_s, model_.sample_time_s)});
     }
+  }
+
+  // Two or three likely explanations, and the loop as it was last.
+  void plan_next_test() {
+    if (record_.closed_loop || options_.archive || taken_.other_period ||
+        !record_.record.has_sp()) {
+      return;
+    }
+    std::vector<estimator::Explanation> competing;
+    std::vector<Probability> explanations;
+    for (const Probability& h : result_.posterior) {
+      const auto same =
+          std::find_if(found_.explanations.begin(), found_.explanations.end(),
+                       [&](const estimator::Explanation& e) { return e.effects == h.effects; });
+      if (h.probability < kCompetes || same == found_.explanations.end()) continue;
+      competing.push_back(*same);
+      competing.back().probability = h.probability;
+      explanations.push_back(h);
+      if (competing.size() == kMostCompeting) break;
+    }
+    if (competing.size() < 2) return;
+    const control::PidSettings& pid = model_.controller.pid;
+    const plant::TransmitterParameters& pv = model_.transmitter;
+    const estimator::Planned planned = estimator::propose_test(
+        competing,
+        {.automatic = record_.record.has_sp(),
+         .set_point = record_.record.has_sp() ? record_.sp.back() : series_.pv_after.back(),
+         .output = record_.co.back(),
+         .set_points = {pv.low, pv.high},
+         .outputs = {pid.output_low, pid.output_high},
+         .noise_rms = found_.noise_rms,
+         .disturbance = result_.load_intensity,
+         .law_error = found_.law_error},
+        parallel_);
+    result_.why_no_test = planned.why_not;
+    if (planned.plan) result_.next_test = {explanations, *planned.plan, planned.next};
   }
 
   const Taken& taken_;

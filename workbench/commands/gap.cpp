@@ -27,6 +27,7 @@
 #include "workbench/records/record_input.hpp"
 #include "workbench/records/recorder_input.hpp"
 #include "workbench/text/gap_json.hpp"
+#include "workbench/text/next_test_text.hpp"
 #include "workbench/text/posterior_bars.hpp"
 #include "workbench/text/import_json.hpp"
 #include "workbench/report/gap_report.hpp"
@@ -138,6 +139,12 @@ void print_result(const gap::Result& r, const GapOptions& options) {
   if (!r.effects.empty()) {
     if (const effects::Descriptor* info = effects::find_effect(r.effects.front().spec.name))
       fmt::print("Action: {}\n", info->remedy);
+  }
+  if (r.next_test) {
+    fmt::print("Next test ({}): {}\n{}\n", competing_names(*r.next_test),
+               test_sentence(*r.next_test), expected_sentence(*r.next_test));
+  } else if (!r.why_no_test.empty()) {
+    fmt::print("No small test decides. {}\n", r.why_no_test);
   }
   const auto row = [](const char* name, double rmse, double holdout, double fit_percent) {
     fmt::print("{:<18}{:>10.4g}{:>10.4g}{:>9}\n", name, rmse, holdout,
@@ -463,6 +470,8 @@ int run_gap(const GapOptions& options) {
   files.add(out / "model.corrected.yaml", context.corrected_text);
   files.add(out / "report.html", gap_report_html(result, context));
   files.add(out / "gap.json", answer.dump(2) + "\n");
+  if (result.next_test)
+    files.add(out / "next_test.yaml", test_yaml(*result.next_test, options.model));
   files.commit();
   if (options.recorder.background()) {
     fmt::print("{}\n", result.sentence);

@@ -135,6 +135,21 @@ json of(const gap::RecordCheck& check) {
           {"output_span_used", finite_or_null(check.output_span_used)}};
 }
 
+json of(const gap::NextTest& test) {
+  json names = json::array();
+  for (const gap::Probability& h : test.explanations) names.push_back(h.effects);
+  return {{"tells_apart", std::move(names)},
+          {"file", "next_test.yaml"},
+          {"move", estimator::to_text(test.plan.move.kind)},
+          {"size", test.plan.move.size},
+          {"hold_s", test.plan.move.hold_s},
+          {"probability_right", test.plan.probability_right},
+          {"probability_wrong", test.plan.probability_wrong},
+          {"duration_s", test.plan.duration_s},
+          {"pv_swing", test.plan.pv_swing},
+          {"output_swing", test.plan.output_swing}};
+}
+
 template <class T>
 json list_of(const std::vector<T>& items) {
   json result = json::array();
@@ -165,7 +180,8 @@ json gap_json(const gap::Result& result) {
           {"candidates", list_of(result.candidates)},
           {"holdout_from_s", finite_or_null(result.holdout_from_s)},
           {"record", of(result.check)},
-          {"next_test", nullptr},
+          {"next_test", result.next_test ? of(*result.next_test) : json()},
+          {"why_no_test", result.why_no_test},
           {"corrected_model", "model.corrected.yaml"}};
 }
 

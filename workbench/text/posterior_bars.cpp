@@ -6,7 +6,6 @@
 #include "base/text.hpp"
 
 namespace loopwarden::workbench {
-namespace {
 
 std::string title_of(const std::vector<std::string>& effects) {
   if (effects.empty()) return "nothing missing";
@@ -17,8 +16,6 @@ std::string title_of(const std::vector<std::string>& effects) {
   }
   return title;
 }
-
-}  // namespace
 
 std::vector<Bar> posterior_bars(const std::vector<gap::Probability>& posterior, std::size_t most) {
   std::vector<Bar> bars;

@@ -16,6 +16,9 @@ struct Bar {
   bool named = true;  // effects of the catalogue
 };
 
+// "stiction + gain change"; "nothing missing" without effects.
+std::string title_of(const std::vector<std::string>& effects);
+
 // Returns the `most` likeliest hypotheses, then the others as one bar, then the bar for no name of
 // the catalogue, whose probability may be 0. Empty for an empty posterior.
 std::vector<Bar> posterior_bars(const std::vector<gap::Probability>& posterior, std::size_t most);

@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: Apache-2.0
+// The smallest move of a loop that tells its explanations apart.
+//
+// Every explanation is simulated with samples of its posterior, with noise and disturbance, while
+// the loop moves. The record that a test would give is judged as a measured one: PV of a free run
+// of each explanation under this CO, whitened by the filter of the error (error_filter.hpp).
+//
+//   log p(record | explanation) = log mean over its samples of exp(-1/2 sum of innovations^2)
+//
+// A test decides if one explanation reaches 0.9. It is right if this is the simulated one.
+//
+//   P(right) = sum over explanations of probability * share of its simulated tests that are right
+//
+// Moves are tried from small to large, within classes that plants use: PV deviates by at most 1 %
+// of its span (technician), 3 % (operator) or 5 % (test day). Moves of SP come first, because the
+// loop stays in automatic; moves of the output in manual follow.
+//
+// Limits: the loop is taken to rest at its last SP, so what disturbs it now goes on at random.
+// An explanation without a law ("unnamed") can't be simulated.
+// Sources: Cavagnaro, Myung, Pitt and Kujala, Neural Computation 22 (2010) 887-905 (choice of a
+// test by the expected decision between models).
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "model/numeric/parallel.hpp"
+#include "model/plant/loop_model.hpp"
+
+namespace loopwarden::estimator {
+
+struct Explanation {
+  std::vector<std::string> effects;  // empty: nothing is missing
+  double probability = 0.0;
+  std::vector<plant::LoopModel> samples;  // of its posterior, without noise
+};
+
+enum class MoveKind : std::uint8_t {
+  set_point_pair,    // there and back
+  set_point_stairs,  // three steps there, three back
+  output_pair,       // in manual
+  output_stairs      // in manual
+};
+const char* to_text(MoveKind kind) noexcept;
+constexpr bool in_manual(MoveKind kind) noexcept {
+  return kind == MoveKind::output_pair || kind == MoveKind::output_stairs;
+}
+
+struct Move {
+  MoveKind kind = MoveKind::set_point_pair;
+  double size = 0.0;    // of all steps there: PV units for SP, CO units for the output
+  double hold_s = 0.0;  // of each step
+};
+
+// The loop at the start of a test.
+struct TestStart {
+  bool automatic = true;               // SP is known and can move
+  double set_point = 0.0;              // PV units
+  double output = 0.0;                 // CO units
+  std::array<double, 2> set_points{};  // PV units: limits of a move
+  std::array<double, 2> outputs{};     // CO units
+  double noise_rms = 0.0;              // PV units
+  double disturbance = 0.0;            // PV units per root second
+  double law_error = 0.0;              // PV units: of the explanations themselves
+  double most_pv_share = 0.05;         // of the span of PV: largest class that is allowed
+  double longest_s = 1800.0;
+};
+
+// PV of one explanation during a test: 90 % of its simulated tests.
+struct Predicted {
+  std::vector<double> low, middle, high;  // PV units
+};
+
+struct TestPlan {
+  Move move;
+  double duration_s = 0.0;
+  double probability_right = 0.0;
+  double probability_wrong = 0.0;
+  double class_share = 0.0;            // of the span of PV
+  double pv_swing = 0.0;               // PV units: largest deviation from SP before the test
+  double output_swing = 0.0;           // CO units: largest deviation from the output before
+  std::vector<double> time_s{};        // from the start of the test
+  std::vector<double> moved{};         // SP (PV units) or output (CO units)
+  std::vector<Predicted> predicted{};  // one per explanation
+};
+
+struct Planned {
+  std::optional<TestPlan> plan;
+  // The best test of the next class, if it would decide more often.
+  std::optional<TestPlan> next;
+  // Without a plan: a sentence, and the best test that was found.
+  std::string why_not;
+  std::optional<TestPlan> best;
+};
+
+// `explanations`: at least two, with samples of the same sample time.
+Planned propose_test(const std::vector<Explanation>& explanations, const TestStart& start,
+                     const numeric::ParallelFor& parallel);
+
+}  // namespace loopwarden::estimator

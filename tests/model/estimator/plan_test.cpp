@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "model/estimator/plan.hpp"
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "model/numeric/random.hpp"
+#include "tests/model/estimator/estimator_support.hpp"
+
+namespace plan_test {
+
+using namespace loopwarden;
+using namespace loopwarden::estimator;
+
+namespace {
+
+constexpr std::size_t kSamples = 20;
+
+// Explanations of a band of `band` CO units.
+std::vector<Explanation> sticks_or_plays(double band) {
+  numeric::Random random(3);
+  std::vector<Explanation> all{{{"stiction"}, 0.6, {}}, {{"backlash"}, 0.4, {}}};
+  for (std::size_t i = 0; i < kSamples; ++i) {
+    const double s = band * (1.0 + 0.05 * random.normal());
+    for (Explanation& e : all) {
+      plant::LoopModel model = estimator_test::believed_model();
+      model.process.gain *= 1.0 + 0.02 * random.normal();
+      model.valve_effects = {{"backlash", {{"deadband", s}}}};
+      if (&e == &all.front()) model.valve_effects = {{"stiction", {{"s", s}, {"j", 0.5 * s}}}};
+      e.samples.push_back(std::move(model));
+    }
+  }
+  return all;
+}
+
+TestStart quiet_loop() {
+  return {.set_point = 5.0,
+          .output = 4.5,
+          .set_points = {0.0, 10.0},
+          .outputs = {0.0, 10.0},
+          .noise_rms = 0.015,
+          .law_error = 0.01};
+}
+
+}  // namespace
+
+TEST_CASE("a visible jump is told from play by a small move of the set point",
+          "[estimator][plan]") {
+  const Planned planned =
+      propose_test(sticks_or_plays(0.4), quiet_loop(), estimator_test::in_order);
+  REQUIRE(planned.plan);
+  const TestPlan& plan = *planned.plan;
+  CHECK(plan.probability_right >= 0.9);
+  CHECK(plan.probability_right + plan.probability_wrong <= 1.0 + 1e-9);
+  CHECK(plan.pv_swing <= plan.class_share * 10.0);
+  CHECK(plan.duration_s <= 1800.0);
+  REQUIRE(plan.predicted.size() == 2);
+  for (const Predicted& band : plan.predicted) {
+    REQUIRE(band.low.size() == plan.time_s.size());
+    for (std::size_t k = 0; k < band.low.size(); ++k) CHECK(band.low[k] <= band.high[k]);
+  }
+  CHECK(plan.moved.back() == Approx(in_manual(plan.move.kind) ? 4.5 : 5.0));
+}
+
+TEST_CASE("a disturbance that hides the difference leaves no test, and says so",
+          "[estimator][plan]") {
+  TestStart start = quiet_loop();
+  start.disturbance = 0.05;
+  const Planned planned = propose_test(sticks_or_plays(0.1), start, estimator_test::in_order);
+  CHECK_FALSE(planned.plan);
+  CHECK_THAT(planned.why_not, Catch::Contains("5 % of"));
+}
+
+TEST_CASE("a loop whose set point is not known is moved in manual, within its output",
+          "[estimator][plan]") {
+  TestStart start = quiet_loop();
+  start.automatic = false;
+  start.outputs = {4.0, 4.6};
+  const Planned planned = propose_test(sticks_or_plays(0.2), start, estimator_test::in_order);
+  const std::optional<TestPlan>& plan = planned.plan ? planned.plan : planned.best;
+  REQUIRE(plan);
+  CHECK(in_manual(plan->move.kind));
+  for (const double co : plan->moved) CHECK((co >= 4.0 && co <= 4.6));
+}
+
+TEST_CASE("the same explanations give the same plan in any order of the work",
+          "[estimator][plan]") {
+  const Planned a = propose_test(sticks_or_plays(0.4), quiet_loop(), estimator_test::in_order);
+  const Planned b = propose_test(sticks_or_plays(0.4), quiet_loop(), estimator_test::in_reverse);
+  REQUIRE(a.plan);
+  REQUIRE(b.plan);
+  CHECK(a.plan->move.size == b.plan->move.size);
+  CHECK(a.plan->probability_right == b.plan->probability_right);
+}
+
+}  // namespace plan_test

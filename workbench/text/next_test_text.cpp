@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "workbench/text/next_test_text.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <vector>
+
+#include "workbench/text/posterior_bars.hpp"
+
+namespace loopwarden::workbench {
+namespace {
+
+using estimator::MoveKind;
+using estimator::TestPlan;
+
+std::string time_text(double seconds) {
+  return seconds < 120.0 ? fmt::format("{:.0f} s", seconds)
+                         : fmt::format("{:.0f} min", std::ceil(seconds / 60.0));
+}
+
+bool is_stairs(MoveKind kind) {
+  return kind == MoveKind::set_point_stairs || kind == MoveKind::output_stairs;
+}
+
+}  // namespace
+
+std::string competing_names(const gap::NextTest& test) {
+  std::string names;
+  for (std::size_t i = 0; i < test.explanations.size(); ++i) {
+    const bool last = i + 1 == test.explanations.size();
+    names += (i == 0 ? "" : last ? " or " : ", ") + title_of(test.explanations[i].effects);
+  }
+  return names;
+}
+
+std::string test_sentence(const gap::NextTest& test) {
+  const TestPlan& plan = test.plan;
+  const bool manual = estimator::in_manual(plan.move.kind);
+  const double from = plan.moved.back();
+  const std::string what = manual ? "In manual, move the output" : "In automatic, move SP";
+  const char* unit = manual ? "CO units" : "PV units";
+  const double to = from + plan.move.size;
+  if (is_stairs(plan.move.kind)) {
+    return fmt::format(
+        "{} from {:.4g} to {:.4g} {} in three equal steps and back in three, each for {}.", what,
+        from, to, unit, time_text(plan.move.hold_s));
+  }
+  return fmt::format("{} from {:.4g} to {:.4g} {} for {}, then back for {}.", what, from, to, unit,
+                     time_text(plan.move.hold_s), time_text(plan.move.hold_s));
+}
+
+std::string expected_sentence(const gap::NextTest& test) {
+  return fmt::format(
+      "It decides rightly with probability {:.2f} and wrongly with {:.2f}, takes {}, and moves PV "
+      "by "
+      "at most {:.3g} PV units and CO by {:.3g} CO units.",
+      test.plan.probability_right, test.plan.probability_wrong, time_text(test.plan.duration_s),
+      test.plan.pv_swing, test.plan.output_swing);
+}
+
+std::string next_class_sentence(const gap::NextTest& test) {
+  if (!test.next_class) return {};
+  return fmt::format("With PV moved by up to {:.0f} % of its span, the probability is {:.2f}.",
+                     100.0 * test.next_class->class_share, test.next_class->probability_right);
+}
+
+std::string test_yaml(const gap::NextTest& test, const std::string& model) {
+  const TestPlan& plan = test.plan;
+  const bool manual = estimator::in_manual(plan.move.kind);
+  std::string names;
+  for (const gap::Probability& h : test.explanations) {
+    std::string one;
+    for (const std::string& effect : h.effects) one += (one.empty() ? "" : ", ") + effect;
+    names += (names.empty() ? "[" : ", [") + one + "]";
+  }
+  return fmt::format(
+      "# Proposed by loopwarden gap. {}\n"
+      "model: {}\n"
+      "tells_apart: [{}]\n"
+      "move: {}\n"
+      "from: {:.6g}       # {}\n"
+      "size: {:.6g}       # {}\n"
+      "hold: {:.6g}       # s, each step\n"
+      "duration: {:.6g}   # s\n"
+      "expected: {{probability_right: {:.3f}, probability_wrong: {:.3f}, pv_swing: {:.4g}, "
+      "output_swing: {:.4g}}}\n",
+      test_sentence(test), nlohmann::json(model).dump(), names, estimator::to_text(plan.move.kind),
+      plan.moved.back(), manual ? "CO units" : "PV units", plan.move.size,
+      manual ? "CO units" : "PV units", plan.move.hold_s, plan.duration_s, plan.probability_right,
+      plan.probability_wrong, plan.pv_swing, plan.output_swing);
+}
+
+}  // namespace loopwarden::workbench
