@@ -17,6 +17,7 @@ struct ValveEvidence {
   double share = 0.0;      // the band over CO's movement
   double explained = 0.0;  // of PV's variance, by the band in free run; may be negative
   double standing = 0.0;   // share of CO's moves during which PV rests, 0 to 1
+  double jump = 0.0;       // nats, for a slip jump of the stem against none; 0 without a band
   Reversals reversals{};
 };
 
