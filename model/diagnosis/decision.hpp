@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Decides whether a valve effect exists, from the likelihood of a band (estimator/band.hpp), the
-// share of CO's moves at which PV rests, and the turns of CO. Rules: docs/math/valve-evidence.md.
+// Decides whether a valve effect exists, from the likelihoods of a band (estimator/band.hpp) and of
+// a slip jump (estimator/slip_jump.hpp), the share of CO's moves at which PV rests, and the turns
+// of CO. Rules: docs/math/valve-evidence.md.
 //
 // Limits: it can't distinguish the valve from other sticking parts after the controller.
 #pragma once

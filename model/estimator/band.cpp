@@ -228,22 +228,21 @@ double Piece::explained(const GridPoint& point) const {
 BandEvidence Piece::evidence() const {
   BandEvidence found;
   if (!moves_ || sums_[0] == kNone) return found;
-  double large = kNone;
-  double small = kNone;
-  double large_count = 0.0;
-  double small_count = 0.0;
+  // Mean likelihoods of healthy, possible and sticking bands.
+  std::array<double, 3> sums{kNone, kNone, kNone};
+  std::array<double, 3> counts{};
   for (std::size_t i = 0; i < kBandCount; ++i) {
     found.log_likelihood[i] = std::max(sums_[i] - sums_[0], -1e3);
+    if (i < Grid::kFirst) continue;
     const double band = Grid::kBands[i];
-    if (band >= Grid::kLarge) {
-      large = log_add(large, found.log_likelihood[i]);
-      large_count += 1.0;
-    } else if (i >= Grid::kFirst && band <= Grid::kSmall) {
-      small = log_add(small, found.log_likelihood[i]);
-      small_count += 1.0;
-    }
+    const std::size_t size = band <= Grid::kSmall ? 0 : band < Grid::kLarge ? 1 : 2;
+    sums[size] = log_add(sums[size], found.log_likelihood[i]);
+    counts[size] += 1.0;
   }
-  found.log_odds = large - std::log(large_count) - log_add(0.0, small - std::log(small_count));
+  for (std::size_t i = 0; i < sums.size(); ++i) sums[i] -= std::log(counts[i]);
+  const double healthy = log_add(0.0, sums[0]);
+  found.log_odds = sums[2] - healthy;
+  found.decided = found.log_odds > 0.0 ? 1.0 : std::exp(healthy - log_add(healthy, sums[1]));
   const auto best = static_cast<std::size_t>(
       std::max_element(sums_.begin() + Grid::kFirst, sums_.end()) - sums_.begin());
   const GridPoint& point = best_[best];
@@ -289,16 +288,18 @@ BandEvidence sum_pieces(std::span<const double> pv, std::span<const double> co, 
   const std::vector<RecordPiece> pieces = pieces_of(pv.size());
   BandEvidence all;
   double sum = 0.0;
+  double decided = 0.0;
   double information = 0.0;
   for (const auto [from, length] : pieces) {
     const BandEvidence one =
         Piece(pv.subspan(from, length), co.subspan(from, length), period).evidence();
-    sum += std::clamp(one.log_odds, Grid::kLeastNats, Grid::kMostNats);
+    sum += one.decided * std::clamp(one.log_odds, Grid::kLeastNats, Grid::kMostNats);
+    decided += one.decided;
     information += one.information;
     if (from == 0 || one.log_odds > all.log_odds) all = one;
   }
   const auto count = static_cast<double>(pieces.size());
-  all.log_odds = sum / count;
+  all.log_odds = sum / std::max(1.0, decided);
   all.information = information / (count * static_cast<double>(pieces.front().size));
   return all;
 }

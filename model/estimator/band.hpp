@@ -6,9 +6,13 @@
 // them; gain and level are in closed form. The size of the band relative to the
 // movement of CO decides: a healthy valve shows small bands too (resolution, an inexact lag).
 //
-//   log odds = log of the mean likelihood of the bands from kLarge on
-//            - log of (likelihood without a band + mean likelihood of the bands up to kSmall)
+//   log odds = log(large) - log(none + small)
 //
+//   none            likelihood without a band
+//   small, large    mean likelihood of the bands up to kSmall, and from kLarge on
+//
+// Negative odds of a piece count by (none + small) / (none + small + between): a band between both
+// is possible in a sticking valve whose CO moves far.
 // Equations, symbols and sources: docs/math/band.md. Errors: no exceptions.
 // Limits: a band that CO crosses without a reversal can't be seen.
 #pragma once
@@ -56,6 +60,7 @@ struct ErrorModel {
 
 struct BandEvidence {
   double log_odds = 0.0;  // nats, mean over the pieces, each within kLeastNats to kMostNats
+  double decided = 0.0;   // weight of a piece in the mean, 0 to 1
   // The piece with the highest log odds:
   std::array<double, BandGrid::kBands.size()> log_likelihood{};  // nats, above that of no band
   double band = 0.0;      // CO units, mean over the likelihood

@@ -81,7 +81,7 @@ class JumpSums {
       if (i != kLanes) jumps = log_add(jumps, sums_[i]);
     }
     const double without = log_add(sums_[0], sums_[kLanes]) - std::log(2.0);
-    if (jumps == kNone && without == kNone) return 0.0;
+    if (jumps == kNone || without == kNone) return 0.0;
     return std::clamp(jumps - std::log(2.0 * (kLanes - 1.0)) - without, -JumpGrid::kMostNats,
                       JumpGrid::kMostNats);
   }

@@ -5,7 +5,8 @@
 //            - log of the likelihood without a jump
 //
 // Equations, symbols and sources: docs/math/band.md. Errors: no exceptions.
-// Limits: friction that varies from slip to slip moves the slips, and then speaks for no jump.
+// Limits: friction that varies from slip to slip moves the slips away from those of the law.
+// Therefore only positive log odds mean something.
 #pragma once
 
 #include <array>
@@ -25,7 +26,7 @@ struct JumpGrid {
 };
 
 // Returns the log odds, nats, mean over the pieces of the record. `band`: its evidence. 0 if PV or
-// CO don't move.
+// CO don't move, or if the stem does not reverse in both cases.
 double find_slip_jump(std::span<const double> pv, std::span<const double> co,
                       const BandEvidence& band);
 
