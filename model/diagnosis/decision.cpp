@@ -19,7 +19,8 @@ double from_logit(double z) { return 1.0 / (1.0 + std::exp(-z)); }
 ValveDecision decide(const ValveEvidence& e) {
   const ReversalsBy turns = e.reversals.by();
   const bool jumps = e.jump >= Limits::kNamedFrom;
-  const bool external = !jumps && (turns == ReversalsBy::time || turns == ReversalsBy::clockwork);
+  // A regular disturbance with edges looks like slip jumps, but keeps the time like a clock.
+  const bool external = turns == ReversalsBy::clockwork || (turns == ReversalsBy::time && !jumps);
   const double z = Limits::kPrior +
                    Limits::kPerNat * std::clamp(e.log_odds, Limits::kLeastNats, Limits::kMostNats) +
                    Limits::kPerNat * std::clamp(e.jump, 0.0, Limits::kMostNats) +

@@ -46,6 +46,9 @@ TEST_CASE(
   CHECK(decide(e).grade == Grade::seen);
   e.reversals = kByTime;
   CHECK(decide(e).grade == Grade::seen);
+  e.reversals = kClockwork;
+  CHECK(decide(e).undecided);
+  e.reversals = kByTime;
   e.log_odds = 2.0;
   CHECK(decide(e).grade == Grade::none);
 }

@@ -18,23 +18,23 @@ const SmallLoop kLoop{.gain = 0.3, .integral_time = 2.0, .noise = 0.1};
 constexpr double kPeriod = 60.0;  // samples
 
 template <class Valve>
-double jump_of(Valve valve, double unit) {
+double jump_of(Valve valve, double load, double unit) {
   valve.reset(50.0);
   SmallLoop::Run run = kLoop.run(
-      1000, [&](double u) { return valve.step(u); }, wandering_load(1.3));
+      1000, [&](double u) { return valve.step(u); }, wandering_load(load));
   for (double& v : run.pv) v = 3.0 - unit * v;
   for (double& u : run.co) u *= unit;
   return find_slip_jump(run.pv, run.co, find_band(run.pv, run.co, kPeriod));
 }
 
 TEST_CASE("a slip jump is found in a sticking valve and not in one with backlash", "[band]") {
-  CHECK(jump_of(effects::StictionChoudhury({.s = 5.0, .j = 3.0}), 1.0) > 4.0);
-  CHECK(jump_of(effects::Backlash(5.0), 1.0) < 0.0);
+  CHECK(jump_of(effects::StictionChoudhury({.s = 5.0, .j = 3.0}), 0.0, 1.0) > 4.0);
+  CHECK(jump_of(effects::Backlash(5.0), 1.3, 1.0) < 4.0);
 }
 
 TEST_CASE("units and direction keep the evidence on a slip jump", "[band]") {
   const effects::StictionChoudhury valve({.s = 5.0, .j = 3.0});
-  CHECK(jump_of(valve, 20.0) == Approx(jump_of(valve, 1.0)).margin(0.5));
+  CHECK(jump_of(valve, 0.0, 20.0) == Approx(jump_of(valve, 0.0, 1.0)).margin(0.5));
 }
 
 TEST_CASE("a record without movement has no evidence on a slip jump", "[band]") {
