@@ -246,17 +246,17 @@ nlohmann::json as_json(const Judged& j) {
 
 constexpr const char* kEvidenceColumns =
     "verdict,grade,p,log_odds,share,explained,explained_without,standing,s,s_low,s_high,turns,"
-    "travel_scatter,cycle_scatter,turns_by,at_limit\n";
+    "travel_scatter,cycle_scatter,turns_by,at_limit,jump,stiction\n";
 
 std::string evidence_row(const diagnosis::Diagnosis& d) {
   const diagnosis::ValveEvidence& e = d.evidence;
   return fmt::format(
       "{},{},{:.4f},{:.2f},{:.2f},{:.3f},{:.3f},{:.3f},{:.4g},{:.4g},{:.4g},{},{:.3f},{:.3f},{},"
-      "{:.3f}\n",
+      "{:.3f},{:.1f},{:.3f}\n",
       to_text(d.verdict), to_text(d.grade), d.probability, e.log_odds, e.share, e.explained,
       d.band.explained_without, e.standing, d.s, d.s_low, d.s_high, e.reversals.count,
       e.reversals.travel_scatter, e.reversals.cycle_scatter, to_text(e.reversals.by()),
-      d.prepared.share_at_limit);
+      d.prepared.share_at_limit, e.jump, d.stiction_share);
 }
 
 void write_evidence(const std::string& path, const std::vector<Judged>& judged) {

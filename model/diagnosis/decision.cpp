@@ -18,16 +18,19 @@ double from_logit(double z) { return 1.0 / (1.0 + std::exp(-z)); }
 
 ValveDecision decide(const ValveEvidence& e) {
   const ReversalsBy turns = e.reversals.by();
-  const bool external = turns == ReversalsBy::time || turns == ReversalsBy::clockwork;
+  const bool jumps = e.jump >= Limits::kNamedFrom;
+  // A regular disturbance with edges looks like slip jumps, but keeps the time like a clock.
+  const bool external = turns == ReversalsBy::clockwork || (turns == ReversalsBy::time && !jumps);
   const double z = Limits::kPrior +
                    Limits::kPerNat * std::clamp(e.log_odds, Limits::kLeastNats, Limits::kMostNats) +
+                   Limits::kPerNat * std::clamp(e.jump, 0.0, Limits::kMostNats) +
                    Limits::kPerStanding * std::min(e.standing, Limits::kMostStanding) +
                    (turns == ReversalsBy::travel ? Limits::kForTravel : 0.0) -
                    (external ? Limits::kAgainstTime : 0.0);
   ValveDecision d;
   d.probability = std::clamp(from_logit(z), Limits::kLeastProbability, Limits::kMostProbability);
   const bool band = e.log_odds >= Limits::kNamedFrom && d.probability >= Limits::kDecidedFrom;
-  if (band && !external && e.explained < Limits::kExplainedFrom) {
+  if (band && !external && !jumps && e.explained < Limits::kExplainedFrom) {
     d.undecided = true;
     d.reason = "a band predicts PV from sample to sample, but not its movement";
     d.settle = kManualSteps;

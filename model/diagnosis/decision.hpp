@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Decides whether a valve effect exists, from the likelihood of a band (estimator/band.hpp), the
-// share of CO's moves at which PV rests, and the turns of CO. Rules: docs/math/valve-evidence.md.
+// Decides whether a valve effect exists, from the likelihoods of a band (estimator/band.hpp) and of
+// a slip jump (estimator/slip_jump.hpp), the share of CO's moves at which PV rests, and the turns
+// of CO. Rules: docs/math/valve-evidence.md.
 //
 // Limits: it can't distinguish the valve from other sticking parts after the controller.
 #pragma once
@@ -17,6 +18,7 @@ struct ValveEvidence {
   double share = 0.0;      // the band over CO's movement
   double explained = 0.0;  // of PV's variance, by the band in free run; may be negative
   double standing = 0.0;   // share of CO's moves during which PV rests, 0 to 1
+  double jump = 0.0;       // nats, for a slip jump of the stem against none; 0 without a band
   Reversals reversals{};
 };
 

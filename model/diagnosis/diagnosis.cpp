@@ -9,6 +9,7 @@
 #include "model/diagnosis/limits.hpp"
 #include "model/diagnosis/hold_evidence.hpp"
 #include "model/diagnosis/time_scales.hpp"
+#include "model/estimator/slip_jump.hpp"
 #include "model/numeric/statistics.hpp"
 #include "model/numeric/enum_name.hpp"
 
@@ -41,6 +42,9 @@ void measure(Diagnosis& d) {
                 .share = d.band.share,
                 .explained = d.band.explained,
                 .standing = hold_evidence(pv_blocks, co_blocks, blocks),
+                .jump = d.band.log_odds >= Limits::kNamedFrom
+                            ? estimator::find_slip_jump(pv, co, d.band)
+                            : 0.0,
                 .reversals = find_reversals(high_passed(
                     detrended(co_blocks),
                     std::max<std::size_t>(
@@ -62,7 +66,11 @@ void name_valve_effect(Diagnosis& d) {
   const CauseProbabilities p = weigh(find_features(d.prepared, d.evidence));
   const double stiction = p[static_cast<std::size_t>(Cause::stiction)];
   const double backlash = p[static_cast<std::size_t>(Cause::backlash)];
-  d.stiction_share = stiction / std::max(stiction + Limits::kBacklashOdds * backlash, 1e-12);
+  const double by_shape = logit(std::clamp(
+      stiction / std::max(stiction + Limits::kBacklashOdds * backlash, 1e-12), 1e-4, 1.0 - 1e-4));
+  // Friction that varies moves the slips: only a jump that PV shows counts.
+  const double by_jump = Limits::kPerNat * std::clamp(d.evidence.jump, 0.0, Limits::kMostNats);
+  d.stiction_share = from_logit(by_shape + by_jump);
   const bool sticks = d.stiction_share >= 0.5;
   d.cause = sticks ? Cause::stiction : Cause::backlash;
   const double other = sticks ? 1.0 - d.stiction_share : d.stiction_share;

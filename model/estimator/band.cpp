@@ -7,6 +7,7 @@
 #include <numbers>
 #include <vector>
 
+#include "model/estimator/band_filters.hpp"
 #include "model/numeric/lanes.hpp"
 #include "model/numeric/statistics.hpp"
 
@@ -22,18 +23,7 @@ using Doubles = std::vector<double>;
 constexpr std::size_t kLeastSamples = 50;
 constexpr std::size_t kBandCount = Grid::kBands.size();
 constexpr std::size_t kLongestDelay = Grid::kDelays.back();
-constexpr float kStraight = 1e-5F;     // deviations of PV
-constexpr double kIntegration = 0.02;  // gain of the integrator per sample: floats stay near 1
-constexpr double kLeastMoved = 1e-3;   // power of a valve's response over that without a band
-constexpr double kNone = -std::numeric_limits<double>::infinity();
-
-// The filter that makes disturbance and noise white.
-struct ErrorModel {
-  double walk = 0.0;
-  double colour = 0.0;
-  double turn = 0.0;  // 2 cos of the angle per sample of an oscillating disturbance
-  bool oscillates = false;
-};
+constexpr double kLeastMoved = 1e-3;  // power of a valve's response over that without a band
 
 std::vector<ErrorModel> error_models(double period) {
   std::vector<ErrorModel> models;
@@ -48,57 +38,6 @@ std::vector<ErrorModel> error_models(double period) {
   return models;
 }
 
-// Filters one series, or four (N = Lanes).
-template <class N>
-void whiten(const std::vector<N>& x, const ErrorModel& model, std::vector<N>& out) {
-  const N keeps = every<N>(1.0 - model.walk);
-  const N colour = every<N>(model.colour);
-  const N zero = every<N>(0.0);
-  N last = x.front();
-  N before = zero;  // difference without the walk's own past
-  out.resize(x.size());
-  for (std::size_t k = 0; k < x.size(); ++k) {
-    const N now = x[k] - last + keeps * before;
-    out[k] = now - colour * before;
-    last = x[k];
-    before = now;
-  }
-  if (!model.oscillates) return;
-  const double zeros = Grid::kRadius * Grid::kDamping;
-  const N a1 = every<N>(Grid::kRadius * model.turn);
-  const N a2 = every<N>(Grid::kRadius * Grid::kRadius);
-  const N b1 = every<N>(zeros * model.turn);
-  const N b2 = every<N>(zeros * zeros);
-  N in1 = zero, in2 = zero, out1 = zero, out2 = zero;
-  for (N& value : out) {
-    const N filtered = value - a1 * in1 + a2 * in2 + b1 * out1 - b2 * out2;
-    in2 = in1;
-    in1 = value;
-    out2 = out1;
-    value = out1 = filtered;
-  }
-}
-
-// The response of the process of gain 1; `rest` is the input at which it rests.
-template <class N>
-void respond(const std::vector<N>& v, double pole, N rest, std::vector<N>& out) {
-  const N keeps = every<N>(pole);
-  const N gain = every<N>(pole < 1.0 ? 1.0 - pole : kIntegration);
-  N state = every<N>(0.0);
-  out.resize(v.size());
-  for (std::size_t k = 0; k < v.size(); ++k) {
-    out[k] = state = keeps * state + gain * (v[k] - rest);
-  }
-}
-
-template <class N>
-N rest_of(const std::vector<N>& v, double pole) {
-  if (pole < 1.0) return v.front();
-  N sum = every<N>(0.0);
-  for (const N value : v) sum += value;
-  return sum * every<N>(1.0 / static_cast<double>(v.size()));
-}
-
 // The valve: its stem follows u at a distance of at most half of the band.
 template <class N>
 void pass_valve(const std::vector<float>& u, N band, double side, std::vector<N>& out) {
@@ -111,23 +50,6 @@ void pass_valve(const std::vector<float>& u, N band, double side, std::vector<N>
     stem = stem > at + half ? at + half : stem;
     out[k] = stem;
   }
-}
-
-std::size_t reversals_of(const std::vector<Lanes>& stem, std::size_t lane) {
-  std::size_t count = 0;
-  float direction = 0.0F;
-  for (std::size_t k = 1; k < stem.size(); ++k) {
-    const float change = stem[k][lane] - stem[k - 1][lane];
-    if (change == 0.0F) continue;
-    if (change * direction < 0.0F) ++count;
-    direction = change;
-  }
-  return count;
-}
-
-double log_add(double a, double b) {
-  const double high = std::max(a, b);
-  return high == kNone ? kNone : high + std::log1p(std::exp(std::min(a, b) - high));
 }
 
 // One point of the grid, with the gain that fits best there.
@@ -150,13 +72,9 @@ class Piece {
     scale_ = numeric::deviation(pv);
     moves_ = movement_ > 0.0 && scale_ > 0.0 && pv.size() >= kLeastSamples;
     if (!moves_) return;
-    for (const double value : co) {
-      u_.push_back(static_cast<float>((value - range.low) / movement_));
-    }
-    for (const double value : pv) {
-      y_.push_back(static_cast<float>((value - pv.front()) / scale_));
-    }
-    informative_ = informative_share();
+    u_ = scaled(co, range.low, movement_);
+    y_ = scaled(pv, pv.front(), scale_);
+    informative_ = informative_share(y_);
     whiten_pv();
     search();
   }
@@ -164,31 +82,12 @@ class Piece {
   BandEvidence evidence() const;
 
  private:
-  // Returns the share of the samples at which PV leaves the straight line through the two before:
-  // between two values that an archive stored, PV is a straight line and carries no information.
-  double informative_share() const {
-    std::size_t count = 0;
-    for (std::size_t k = 2; k < y_.size(); ++k) {
-      count += std::abs(y_[k] - 2.0F * y_[k - 1] + y_[k - 2]) > kStraight ? 1U : 0U;
-    }
-    return static_cast<double>(count) / static_cast<double>(y_.size() - 2);
-  }
-
   void whiten_pv() {
     std::vector<float> white;
     for (const ErrorModel& model : models_) {
       whiten(y_, model, white);
-      std::fill_n(white.begin(), Grid::kSkipped, 0.0F);
-      double sum = 0.0;
-      for (const float value : white) sum += static_cast<double>(value);
-      const double mean = sum / samples();
-      double power = 0.0;
-      for (std::size_t k = Grid::kSkipped; k < white.size(); ++k) {
-        white[k] -= static_cast<float>(mean);
-        power += static_cast<double>(white[k]) * static_cast<double>(white[k]);
-      }
+      powers_.push_back(remove_mean(white));
       white_pv_.push_back(white);
-      powers_.push_back(power);
     }
   }
 
@@ -212,7 +111,7 @@ class Piece {
   // Adds the likelihoods of four bands with one process, for all dead times and error models.
   void sum_over_errors(const std::vector<Lanes>& stem, double pole, std::size_t first,
                        double side) {
-    respond(stem, pole, rest_of(stem, pole), response_);
+    pass_process(stem, pole, rest_of(stem, pole), response_);
     for (std::size_t e = 0; e < models_.size(); ++e) {
       whiten(response_, models_[e], white_);
       const std::vector<float>& pv = white_pv_[e];
@@ -314,7 +213,7 @@ double fast_power(const Doubles& x, std::size_t half) {
 double Piece::explained(const GridPoint& point) const {
   std::vector<float> stem, response;
   pass_valve(u_, static_cast<float>(point.band), point.side, stem);
-  respond(stem, point.pole, rest_of(stem, point.pole), response);
+  pass_process(stem, point.pole, rest_of(stem, point.pole), response);
   Doubles pv(y_.size()), left(y_.size());
   for (std::size_t k = 0; k < y_.size(); ++k) {
     pv[k] = static_cast<double>(y_[k]);
@@ -329,22 +228,21 @@ double Piece::explained(const GridPoint& point) const {
 BandEvidence Piece::evidence() const {
   BandEvidence found;
   if (!moves_ || sums_[0] == kNone) return found;
-  double large = kNone;
-  double small = kNone;
-  double large_count = 0.0;
-  double small_count = 0.0;
+  // Mean likelihoods of healthy, possible and sticking bands.
+  std::array<double, 3> sums{kNone, kNone, kNone};
+  std::array<double, 3> counts{};
   for (std::size_t i = 0; i < kBandCount; ++i) {
     found.log_likelihood[i] = std::max(sums_[i] - sums_[0], -1e3);
+    if (i < Grid::kFirst) continue;
     const double band = Grid::kBands[i];
-    if (band >= Grid::kLarge) {
-      large = log_add(large, found.log_likelihood[i]);
-      large_count += 1.0;
-    } else if (i >= Grid::kFirst && band <= Grid::kSmall) {
-      small = log_add(small, found.log_likelihood[i]);
-      small_count += 1.0;
-    }
+    const std::size_t size = band <= Grid::kSmall ? 0 : band < Grid::kLarge ? 1 : 2;
+    sums[size] = log_add(sums[size], found.log_likelihood[i]);
+    counts[size] += 1.0;
   }
-  found.log_odds = large - std::log(large_count) - log_add(0.0, small - std::log(small_count));
+  for (std::size_t i = 0; i < sums.size(); ++i) sums[i] -= std::log(counts[i]);
+  const double healthy = log_add(0.0, sums[0]);
+  found.log_odds = sums[2] - healthy;
+  found.decided = found.log_odds > 0.0 ? 1.0 : std::exp(healthy - log_add(healthy, sums[1]));
   const auto best = static_cast<std::size_t>(
       std::max_element(sums_.begin() + Grid::kFirst, sums_.end()) - sums_.begin());
   const GridPoint& point = best_[best];
@@ -369,6 +267,7 @@ BandEvidence Piece::evidence() const {
   found.high *= movement_;
   found.gain = point.gain * scale_ / movement_ * (point.pole < 1.0 ? 1.0 : kIntegration);
   found.pole = point.pole;
+  found.error = models_[point.error];
   found.delay = point.delay;
   found.explained = explained(point);
   found.explained_without = explained(best_[0]);
@@ -384,32 +283,24 @@ BandEvidence Piece::evidence() const {
 
 namespace {
 
-Doubles block_means(std::span<const double> x, std::size_t factor) {
-  Doubles means;
-  for (std::size_t from = 0; from + factor <= x.size(); from += factor) {
-    means.push_back(numeric::mean(x.subspan(from, factor)));
-  }
-  return means;
-}
-
 // Adds up the pieces of a record.
 BandEvidence sum_pieces(std::span<const double> pv, std::span<const double> co, double period) {
-  const std::size_t pieces =
-      std::clamp<std::size_t>(pv.size() / Grid::kMostSamples, 1, Grid::kMostPieces);
-  const std::size_t length = pieces > 1 ? Grid::kMostSamples : pv.size();
+  const std::vector<RecordPiece> pieces = pieces_of(pv.size());
   BandEvidence all;
   double sum = 0.0;
+  double decided = 0.0;
   double information = 0.0;
-  for (std::size_t i = 0; i < pieces; ++i) {
-    const std::size_t from = pieces > 1 ? i * (pv.size() - length) / (pieces - 1) : 0;
+  for (const auto [from, length] : pieces) {
     const BandEvidence one =
         Piece(pv.subspan(from, length), co.subspan(from, length), period).evidence();
-    sum += std::clamp(one.log_odds, Grid::kLeastNats, Grid::kMostNats);
+    sum += one.decided * std::clamp(one.log_odds, Grid::kLeastNats, Grid::kMostNats);
+    decided += one.decided;
     information += one.information;
-    if (i == 0 || one.log_odds > all.log_odds) all = one;
+    if (from == 0 || one.log_odds > all.log_odds) all = one;
   }
-  all.log_odds = sum / static_cast<double>(pieces);
-  all.information = information / static_cast<double>(pieces * length);
+  const auto count = static_cast<double>(pieces.size());
+  all.log_odds = sum / std::max(1.0, decided);
+  all.information = information / (count * static_cast<double>(pieces.front().size));
   return all;
 }
 

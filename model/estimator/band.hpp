@@ -6,12 +6,15 @@
 // them; gain and level are in closed form. The size of the band relative to the
 // movement of CO decides: a healthy valve shows small bands too (resolution, an inexact lag).
 //
-//   log odds = log of the mean likelihood of the bands from kLarge on
-//            - log of (likelihood without a band + mean likelihood of the bands up to kSmall)
+//   log odds = log(large) - log(none + small)
 //
+//   none            likelihood without a band
+//   small, large    mean likelihood of the bands up to kSmall, and from kLarge on
+//
+// Negative odds of a piece count by (none + small) / (none + small + between): a band between both
+// is possible in a sticking valve whose CO moves far.
 // Equations, symbols and sources: docs/math/band.md. Errors: no exceptions.
-// Limits: the slip jump of a sticking valve is not fitted, because routine records don't show it
-// (docs/math/band.md). A band that CO crosses without a reversal can't be seen.
+// Limits: a band that CO crosses without a reversal can't be seen.
 #pragma once
 
 #include <array>
@@ -47,17 +50,27 @@ struct BandGrid {
   static constexpr double kLeastNats = -10.0;        // of one piece
 };
 
+// The filter that makes disturbance and noise white.
+struct ErrorModel {
+  double walk = 0.0;    // share of an innovation that the disturbance keeps
+  double colour = 0.0;  // of the innovations
+  double turn = 0.0;    // 2 cos of the angle per sample of an oscillating disturbance
+  bool oscillates = false;
+};
+
 struct BandEvidence {
   double log_odds = 0.0;  // nats, mean over the pieces, each within kLeastNats to kMostNats
+  double decided = 0.0;   // weight of a piece in the mean, 0 to 1
   // The piece with the highest log odds:
   std::array<double, BandGrid::kBands.size()> log_likelihood{};  // nats, above that of no band
-  double band = 0.0;         // CO units, mean over the likelihood
-  double low = 0.0;          // CO units, 5 % of the likelihood is below
-  double high = 0.0;         // CO units, 5 % of the likelihood is above
-  double share = 0.0;        // band over the movement of CO
-  double gain = 0.0;         // PV units per CO unit; for an integrating process per sample too
-  double pole = 0.0;         // per sample
-  std::size_t delay = 0;     // samples
+  double band = 0.0;      // CO units, mean over the likelihood
+  double low = 0.0;       // CO units, 5 % of the likelihood is below
+  double high = 0.0;      // CO units, 5 % of the likelihood is above
+  double share = 0.0;     // band over the movement of CO
+  double gain = 0.0;      // PV units per CO unit; for an integrating process per sample too
+  double pole = 0.0;      // per sample
+  std::size_t delay = 0;  // samples
+  ErrorModel error{};
   std::size_t factor = 1;    // samples averaged into one; pole and delay are of these
   double information = 0.0;  // nats per sample by which CO predicts PV
   double explained = 0.0;    // of PV's variance, slow movement removed, by the band in free run

@@ -38,6 +38,21 @@ TEST_CASE("a valve is seen if the band is certain and PV rests, otherwise it is 
   CHECK(decide(by_chance).undecided);
 }
 
+TEST_CASE(
+    "a slip jump names a valve effect if an oscillation or a disturbance moves the loop too") {
+  ValveEvidence e = sticky_evidence();
+  e.jump = 10.0;
+  e.explained = -0.5;
+  CHECK(decide(e).grade == Grade::seen);
+  e.reversals = kByTime;
+  CHECK(decide(e).grade == Grade::seen);
+  e.reversals = kClockwork;
+  CHECK(decide(e).undecided);
+  e.reversals = kByTime;
+  e.log_odds = 2.0;
+  CHECK(decide(e).grade == Grade::none);
+}
+
 TEST_CASE("no valve is named if an external oscillation moves CO") {
   for (const Reversals& reversals : {kByTime, kClockwork}) {
     ValveEvidence e = sticky_evidence();
