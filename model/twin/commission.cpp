@@ -62,6 +62,12 @@ effects::EffectSpec without_momentum(effects::EffectSpec spec) {
   return spec;
 }
 
+bool is_curve(const effects::EffectSpec& spec) { return spec.name == "valve_characteristic"; }
+
+bool has_curve(const LoopModel& model) {
+  return std::any_of(model.valve_effects.begin(), model.valve_effects.end(), is_curve);
+}
+
 Spans spans_of(const LoopModel& model) {
   return {model.controller.pid.output_low, model.controller.pid.output_high, model.transmitter.low,
           model.transmitter.high};
@@ -336,18 +342,19 @@ class Commissioner {
   std::string take_in(const estimator::Estimate& found) {
     LoopModel next = fit_.model;
     std::string names;
-    // A curve of another form explains nearly all, and is bent to the record then.
-    for (const estimator::Found& effect : found.effects.empty() ? found.nearest : found.effects) {
-      if (!is_healthy(effect)) continue;
+    // A curve of another form explains nearly all, and is bent to the record then. Its error takes
+    // the form of other effects, so they wait for the next round.
+    const auto& chosen = found.effects.empty() ? found.nearest : found.effects;
+    const bool curve = std::any_of(chosen.begin(), chosen.end(),
+                                   [](const auto& effect) { return is_curve(effect.spec); });
+    for (const estimator::Found& effect : chosen) {
+      if (!is_healthy(effect) || (curve && !is_curve(effect.spec))) continue;
       add_effect(effect, next);
       names += (names.empty() ? "" : " and ") + words(effect.spec.name);
     }
     fit_ = fit_process(fitted_, next);
     // A curve explains part of many effects, so it is bent only if a characteristic is named.
-    const bool curved =
-        std::any_of(next.valve_effects.begin(), next.valve_effects.end(),
-                    [](const auto& spec) { return spec.name == "valve_characteristic"; });
-    if (curved) bend();
+    if (has_curve(next)) fit_ = bent(fitted_, std::move(fit_));
     return names;
   }
 
@@ -379,13 +386,14 @@ class Commissioner {
   }
 
   // Its points are solved for at the present curve, so it is bent until it stays.
-  void bend() {
+  ProcessFit bent(const FittedRecord& record, ProcessFit fit) const {
     constexpr int kMostBends = 4;
     for (int i = 0; i < kMostBends && record_.has_co(); ++i) {
-      ProcessFit next = bend_characteristic(fitted_, fit_);
-      if (!(next.log_likelihood > fit_.log_likelihood)) return;
-      fit_ = std::move(next);
+      ProcessFit next = bend_characteristic(record, fit);
+      if (!(next.log_likelihood > fit.log_likelihood)) break;
+      fit = std::move(next);
     }
+    return fit;
   }
 
   double most_friction() const {
@@ -395,7 +403,7 @@ class Commissioner {
 
   // Characteristic and friction, which are too small to be called missing.
   void polish() {
-    bend();
+    fit_ = bent(fitted_, std::move(fit_));
     double percent = 0.0;
     fit_ = add_friction(fitted_, fit_, most_friction(), percent);
     if (!(percent > 0.0)) return;
@@ -408,6 +416,7 @@ class Commissioner {
   void finish(const estimator::Estimate& last) {
     // The last third may be noisier.
     const double noise = std::max(fitted_.noise_rms, checked_.quality.noise_rms);
+    // Of the fitted part: an error that only the last third has is no disturbance.
     const double load = disturbance_of(fitted_, fit_.pv);
     // A larger disturbance is something unexplained.
     const double largest = estimator::kLimits.largest_disturbance * out_.given.transmitter.span();
@@ -436,7 +445,8 @@ class Commissioner {
     // The last third has proved the model: now it counts, too.
     FittedRecord whole = fitted_;
     whole.fitted = record_.size();
-    const ProcessFit all = fit_process(whole, fit_.model);
+    ProcessFit all = fit_process(whole, fit_.model);
+    if (has_curve(all.model)) all = bent(whole, std::move(all));
     LoopModel twin = all.model;
     twin.uncertainty = out_.given.uncertainty;
     if (out_.identified) twin.uncertainty = {};
@@ -447,9 +457,9 @@ class Commissioner {
     std::erase_if(twin.transmitter_effects, is_of_the_day);
     std::erase_if(twin.disturbances,
                   [](const effects::EffectSpec& spec) { return spec.name == "random_load"; });
-    if (load > 0.0) {
+    if (const double intensity = disturbance_of(whole, all.pv); intensity > 0.0) {
       twin.disturbances.push_back(
-          {"random_load", {{"intensity", load}, {"time_constant", kLoadTime_s}}});
+          {"random_load", {{"intensity", intensity}, {"time_constant", kLoadTime_s}}});
     }
     const double rounding = twin.transmitter.resolution / std::sqrt(12.0);
     twin.transmitter.noise = std::sqrt(std::max(0.0, noise * noise - rounding * rounding));

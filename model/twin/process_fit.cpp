@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <string_view>
 #include <utility>
 
@@ -208,6 +209,40 @@ double flow_at(const LoopModel& model, const EffectSpec* curve, double x) {
       .reset(x);
 }
 
+// Travels of the points of a table: most where CO was, at equal lengths of arc of the curve, and some
+// beyond, where the table continues the curve.
+std::vector<double> places(double from, double to, const control::PidSettings& pid,
+                           const std::function<double(double)>& flow) {
+  constexpr std::size_t kBeyond = 3;  // points on each side
+  constexpr std::size_t kInside = effects::ValveCharacteristic::kMostPoints - 2 * kBeyond;
+  constexpr std::size_t kSteps = 400;
+  const double rise = std::max(flow(to) - flow(from), 1e-9);
+  std::vector<double> arc{0.0};
+  const auto at = [&](std::size_t i) {
+    return from + (to - from) * static_cast<double>(i) / static_cast<double>(kSteps);
+  };
+  for (std::size_t i = 1; i <= kSteps; ++i) {
+    arc.push_back(arc.back() + std::hypot(1.0 / static_cast<double>(kSteps),
+                                          (flow(at(i)) - flow(at(i - 1))) / rise));
+  }
+  // Closer to each other near where CO was.
+  const auto beyond = [](std::size_t i) {
+    return static_cast<double>(i * i) / static_cast<double>(kBeyond * kBeyond);
+  };
+  std::vector<double> out;
+  for (std::size_t i = kBeyond; i > 0; --i) {
+    out.push_back(from + (pid.output_low - from) * beyond(i));
+  }
+  for (std::size_t i = 0; i < kInside; ++i) {
+    const double length =
+        arc.back() * static_cast<double>(i) / static_cast<double>(kInside - 1) - 1e-12;
+    out.push_back(at(static_cast<std::size_t>(
+        std::lower_bound(arc.begin(), arc.end(), length) - arc.begin())));
+  }
+  for (std::size_t i = 1; i <= kBeyond; ++i) out.push_back(to + (pid.output_high - to) * beyond(i));
+  return out;
+}
+
 }  // namespace
 
 EffectSpec any_level(const LoopModel& model) {
@@ -303,7 +338,6 @@ ProcessFit bend_characteristic(const FittedRecord& record, const ProcessFit& fit
   std::sort(travel.begin(), travel.end());
   const double from = travel[travel.size() / 100];
   const double to = travel[travel.size() - 1 - travel.size() / 100];
-  constexpr std::size_t kInside = effects::ValveCharacteristic::kMostPoints - 2;
   const auto add = [&](double x) {
     double q = flow_at(bent, law, x);
     const double given = q;
@@ -315,11 +349,9 @@ ProcessFit bend_characteristic(const FittedRecord& record, const ProcessFit& fit
       table.table.emplace_back(x, q);
     }
   };
-  add(pid.output_low);
-  for (std::size_t i = 0; i < kInside; ++i) {
-    add(from + (to - from) * static_cast<double>(i) / (static_cast<double>(kInside) - 1.0));
+  for (const double x : places(from, to, pid, [&](double x) { return flow_at(bent, law, x); })) {
+    add(x);
   }
-  add(pid.output_high);
   if (table.table.size() < 3) return fit;
   if (curve != bent.valve_effects.end()) {
     *curve = std::move(table);
@@ -327,8 +359,9 @@ ProcessFit bend_characteristic(const FittedRecord& record, const ProcessFit& fit
     bent.valve_effects.push_back(std::move(table));
   }
   ProcessFit out = fit_process(record, bent);
-  const bool better = explains_more(out, fit, kLimits.further_lead, kLimits.least_t) &&
-                      out.holdout_rmse < fit.holdout_rmse;
+  const bool better =
+      explains_more(out, fit, kLimits.further_lead, kLimits.least_t) &&
+      (record.fitted == samples || out.holdout_rmse < fit.holdout_rmse);
   return better ? out : fit;
 }
 
@@ -369,7 +402,7 @@ double disturbance_of(const FittedRecord& record, const std::vector<double>& pv)
     double squares = 0.0;
     double seen = 1.0;
     double counted = 0.0;
-    for (std::size_t k = 0; k < pv.size(); ++k) {
+    for (std::size_t k = 0; k < record.fitted; ++k) {
       if (!observed.used[k]) continue;
       const double e = observed.pv[k] - pv[k] - level;
       seen += 1.0;

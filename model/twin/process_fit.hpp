@@ -62,8 +62,9 @@ ProcessFit bend_characteristic(const FittedRecord& record, const ProcessFit& fit
 ProcessFit add_friction(const FittedRecord& record, const ProcessFit& fit, double most,
                         double& percent);
 
-// Intensity of the random disturbance that explains the error of a free run beside the noise,
-// PV units per root second: the Kalman filter of a random walk with the least prediction error.
+// Intensity of the random disturbance that explains the error of a free run beside the noise over
+// the fitted part, PV units per root second: the Kalman filter of a random walk with the least
+// prediction error.
 double disturbance_of(const FittedRecord& record, const std::vector<double>& pv);
 
 }  // namespace loopwarden::twin
