@@ -330,6 +330,9 @@ class Commissioner {
   }
 
   void show(const estimator::Found& effect) {
+    // The curve of a later round replaces that of the one before.
+    std::erase_if(out_.effects,
+                  [&](const FoundEffect& e) { return e.spec.name == effect.spec.name; });
     FoundEffect& shown = out_.effects.emplace_back();
     shown.spec = without_momentum(effect.spec);
     shown.block = effect.block;
