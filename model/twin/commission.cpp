@@ -546,10 +546,28 @@ class Commissioner {
     return found.follows_co ? "CO" : "";
   }
 
+  // RMSE of the last third, PV units, beside a level by which the disturbance may have moved since.
+  double left_beside_level() const {
+    constexpr double kMoves = 2.0;  // standard deviations of the disturbance
+    double sum = 0.0;
+    double count = 0.0;
+    for (std::size_t k = fitted_.fitted; k < checked_.pv.size(); ++k) {
+      if (!checked_.used[k]) continue;
+      sum += checked_.pv[k] - fit_.pv[k];
+      count += 1.0;
+    }
+    const double rmse = out_.gap->after.holdout_rmse;
+    if (count == 0.0) return rmse;
+    const double most = kMoves * out_.gap->floor.load_rmse;
+    const double mean = sum / count;
+    const double level = std::clamp(mean, -most, most);
+    return std::sqrt(std::max(0.0, rmse * rmse - level * (2.0 * mean - level)));
+  }
+
   void judge(const estimator::Estimate& last) {
     finish(last);
-    const double left = out_.gap->after.holdout_rmse;
     const double floor = out_.gap->floor.rmse();
+    const double left = left_beside_level();
     // Where the model that it began with is right already, there is no gap to close: then what is
     // left counts.
     const std::string follows = what_it_follows(left);

@@ -397,7 +397,7 @@ double disturbance_of(const FittedRecord& record, const std::vector<double>& pv)
   const estimator::Observed& observed = record.observed;
   double least = std::numeric_limits<double>::infinity();
   double gain = 0.0;
-  for (double tried = 0.0; tried < 0.6; tried = tried == 0.0 ? 1e-5 : 1.4 * tried) {
+  for (double tried = 0.0; tried < 0.6; tried = tried == 0.0 ? 1e-5 : 1.1 * tried) {
     double level = 0.0;
     double squares = 0.0;
     double seen = 1.0;
