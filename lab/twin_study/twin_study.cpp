@@ -200,7 +200,7 @@ Scored study(const CaseFiles& files, const Arguments& arguments) {
   out.both = out.names.size() == 2 && !out.wrong;
   fmt::print(
       "    {} closed {:.2f} since {:.0f} s ({:.0f} to {:.0f}) after the change\n",
-      e.result.sentence, e.closed,
+      e.usable() ? e.result.sentence : e.result.check.refusal, e.closed,
       record.period_s * (static_cast<double>(first + e.at) - static_cast<double>(change)),
       record.period_s * (static_cast<double>(first + e.from.begin) - static_cast<double>(change)),
       record.period_s * (static_cast<double>(first + e.from.end) - static_cast<double>(change)));

@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "model/analysis/identification.hpp"
-#include "model/twin/error_left.hpp"
 #include "model/twin/found_controller.hpp"
 #include "model/twin/process_fit.hpp"
 #include "model/twin/usable.hpp"
@@ -17,6 +16,8 @@
 #include "model/estimator/estimate.hpp"
 #include "model/gap/check.hpp"
 #include "model/gap/independence.hpp"
+#include "model/gap/model_run.hpp"
+#include "model/gap/prove.hpp"
 #include "model/gap/record_check.hpp"
 #include "model/numeric/statistics.hpp"
 #include "model/numeric/text.hpp"
@@ -320,7 +321,7 @@ class Commissioner {
 
   // Whether the chosen hypothesis leaves little of the gap.
   static bool explains_most(const estimator::Estimate& found) {
-    return gap_closed(found.before.holdout, found.chosen_left.holdout, found.noise_rms) >=
+    return gap::gap_closed(found.before.holdout, found.chosen_left.holdout, found.noise_rms) >=
            kLeastClosedByRound;
   }
 
@@ -438,12 +439,12 @@ class Commissioner {
     result.effects = out_.effects;
     add_stage("twin", fit_);
     result.before =
-        error_left(checked_.pv, out_.stages.front().pv, checked_.used, fitted_.fitted, floor);
-    result.after = error_left(checked_.pv, fit_.pv, checked_.used, fitted_.fitted, floor);
+        gap::misfit_of(checked_.pv, out_.stages.front().pv, checked_.used, fitted_.fitted, floor);
+    result.after = gap::misfit_of(checked_.pv, fit_.pv, checked_.used, fitted_.fitted, floor);
     result.holdout_from_s = record_.seconds_at(checked_.training_end);
     result.series.pv_before = out_.stages.front().pv;
     result.series.pv_after = fit_.pv;
-    out_.closed = gap_closed(result.before.holdout_rmse, result.after.holdout_rmse, floor);
+    out_.closed = gap::gap_closed(result.before.holdout_rmse, result.after.holdout_rmse, floor);
 
     // The last third has proved the model: now it counts, too.
     FittedRecord whole = fitted_;

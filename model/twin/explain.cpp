@@ -8,11 +8,12 @@
 #include <vector>
 
 #include "model/twin/commission.hpp"
-#include "model/twin/error_left.hpp"
 #include "model/twin/found_controller.hpp"
 #include "model/effects/catalogue.hpp"
 #include "model/estimator/estimate.hpp"
 #include "model/gap/check.hpp"
+#include "model/gap/model_run.hpp"
+#include "model/gap/prove.hpp"
 #include "model/numeric/text.hpp"
 #include "model/plant/loop_model.hpp"
 #include "model/watch/controller_watch.hpp"
@@ -33,6 +34,7 @@ constexpr double kMostInexact = 0.7;   // its confidence
 constexpr std::size_t kMostCandidates = 12;
 constexpr double kLeastBefore_s = 240.0;  // healthy samples that are fitted
 constexpr double kAnswersBefore = 30.0;
+constexpr double kLeastJudged = 0.5;     // of the samples
 constexpr double kLeastAfter_s = 120.0;  // in which a moment can be found
 // The least that a twin's process changes by itself.
 constexpr plant::ProcessUncertainty kLeastUncertainty{
@@ -151,8 +153,24 @@ gap::Series series_of(const numeric::LoopRecord& record, const gap::CheckedRecor
 // Competition of changes of the twin in a part of the record.
 class Changes {
  public:
-  Changes(const numeric::LoopRecord& record, const plant::LoopModel& twin)
-      : record_(record), twin_(twin), checked_(gap::check(record, twin)) {}
+  // `judged`: PV of the record, NaN where the twin may not judge.
+  Changes(const numeric::LoopRecord& record, const plant::LoopModel& twin,
+          const std::vector<double>& judged)
+      : record_(record), twin_(twin), checked_(gap::check(record, twin)) {
+    if (!checked_.quality.usable) return;
+    double counts = 0.0;
+    for (std::size_t k = 0; k < judged.size(); ++k) {
+      if (!std::isfinite(judged[k])) checked_.used[k] = checked_.measured[k] = false;
+      if (checked_.used[k]) counts += 1.0;
+    }
+    const double share = counts / static_cast<double>(judged.size());
+    if (share >= kLeastJudged) return;
+    checked_.quality.usable = false;
+    checked_.quality.refusal = numeric::text(
+        "The twin may judge only %.0f %% of the samples; at least %.0f %% are required. The others "
+        "are outside the commissioned range",
+        100.0 * share, 100.0 * kLeastJudged);
+  }
 
   // `change`: samples of the part; zeros: no healthy samples are known.
   gap::Result find(const ChangeMoment& change, const numeric::ParallelFor& parallel,
@@ -184,14 +202,15 @@ class Changes {
                     .load_rmse = std::sqrt(std::max(
                         0.0, found.floor * found.floor - found.noise_rms * found.noise_rms))};
     result.before =
-        error_left(checked_.pv, found.pv_before, checked_.used, options.fitted, found.floor);
+        gap::misfit_of(checked_.pv, found.pv_before, checked_.used, options.fitted, found.floor);
     result.after =
-        error_left(checked_.pv, found.pv_after, checked_.used, options.fitted, found.floor);
+        gap::misfit_of(checked_.pv, found.pv_after, checked_.used, options.fitted, found.floor);
     result.holdout_from_s = record_.seconds_at(options.fitted);
     result.series = series_of(record_, checked_, found);
-    out.closed = gap_closed(found.before.holdout, found.after.holdout, found.floor);
+    out.closed = gap::gap_closed(found.before.holdout, found.after.holdout, found.floor);
     std::vector<estimator::Found> effects = found.effects;
-    const double nearly = gap_closed(found.before.holdout, found.chosen_left.holdout, found.floor);
+    const double nearly =
+        gap::gap_closed(found.before.holdout, found.chosen_left.holdout, found.floor);
     if (effects.empty() && nearly >= kNearlyClosed) {
       // No law is exactly the plant's: what is left is more than noise, and little of the gap.
       effects = found.nearest;
@@ -383,15 +402,16 @@ Explanation explain(const numeric::LoopRecord& record, const plant::LoopModel& t
           ? first_pv(judged, out.stretch.begin - std::min(out.stretch.begin, before),
                      out.stretch.begin)
           : out.stretch.begin;
-  numeric::LoopRecord part = judged.part(from, out.stretch.end);
+  numeric::LoopRecord part = record.part(from, out.stretch.end);
   part.stem.clear();
   const ChangeMoment moment{out.stretch.begin - from,
                             std::max(telling.likeliest, out.stretch.begin) - from};
-  out.result = Changes(part, twin).find(moment, parallel, out);
+  out.result =
+      Changes(part, twin, judged.part(from, out.stretch.end).pv).find(moment, parallel, out);
   out.at = out.result.effects.empty() ? out.stretch.begin : from + out.at;
   if (out.from.end > 0) out.from = {from + out.from.begin, from + out.from.end};
   if (out.usable() && settings.judge_controller) {
-    add_controller(judged.part(out.stretch.begin, out.stretch.end), twin, out.result);
+    add_controller(record.part(out.stretch.begin, out.stretch.end), twin, out.result);
   }
   return out;
 }

@@ -14,8 +14,8 @@
 #include "model/estimator/constants.hpp"
 #include "model/estimator/judgement.hpp"
 #include "model/estimator/population.hpp"
+#include "model/gap/model_run.hpp"
 #include "model/numeric/statistics.hpp"
-#include "model/twin/error_left.hpp"
 
 namespace loopwarden::twin {
 namespace {
@@ -82,10 +82,6 @@ class Linearised {
   std::vector<double> first_error() const { return std::vector<double>(none_.layout().size, 0.4); }
   std::vector<double> pv(const std::vector<double>& z, const Solution& solution) const {
     return likelihood_.simulate(none_, z, solution, record_.observed.pv.size());
-  }
-  estimator::ErrorSize error(const std::vector<double>& z) const {
-    const estimator::Point point = none_.at(z);
-    return likelihood_.errors().size_at(likelihood_.errors().index(point.disturbance, point.law));
   }
 
  private:
@@ -181,11 +177,10 @@ ProcessFit fit_of(const FittedRecord& record, const Linearised& at, LoopModel mo
                  .posterior = {},
                  .log_likelihood = solution.log_likelihood,
                  .parts = estimator::parts_of(solution),
-                 .pv = at.pv(z, solution),
-                 .error = at.error(z)};
+                 .pv = at.pv(z, solution)};
   out.posterior = posterior_of(out.model, solution);
-  const gap::Misfit left =
-      error_left(record.observed.pv, out.pv, record.observed.used, record.fitted, record.noise_rms);
+  const gap::Misfit left = gap::misfit_of(record.observed.pv, out.pv, record.observed.used,
+                                          record.fitted, record.noise_rms);
   out.training_rmse = left.training_rmse;
   out.holdout_rmse = left.holdout_rmse;
   return out;
@@ -236,8 +231,8 @@ std::vector<double> places(double from, double to, const control::PidSettings& p
   for (std::size_t i = 0; i < kInside; ++i) {
     const double length =
         arc.back() * static_cast<double>(i) / static_cast<double>(kInside - 1) - 1e-12;
-    out.push_back(at(static_cast<std::size_t>(
-        std::lower_bound(arc.begin(), arc.end(), length) - arc.begin())));
+    out.push_back(at(
+        static_cast<std::size_t>(std::lower_bound(arc.begin(), arc.end(), length) - arc.begin())));
   }
   for (std::size_t i = 1; i <= kBeyond; ++i) out.push_back(to + (pid.output_high - to) * beyond(i));
   return out;
@@ -359,9 +354,8 @@ ProcessFit bend_characteristic(const FittedRecord& record, const ProcessFit& fit
     bent.valve_effects.push_back(std::move(table));
   }
   ProcessFit out = fit_process(record, bent);
-  const bool better =
-      explains_more(out, fit, kLimits.further_lead, kLimits.least_t) &&
-      (record.fitted == samples || out.holdout_rmse < fit.holdout_rmse);
+  const bool better = explains_more(out, fit, kLimits.further_lead, kLimits.least_t) &&
+                      (record.fitted == samples || out.holdout_rmse < fit.holdout_rmse);
   return better ? out : fit;
 }
 

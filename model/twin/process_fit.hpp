@@ -17,7 +17,6 @@
 #include <vector>
 
 #include "model/estimator/blocks.hpp"
-#include "model/estimator/error_filter.hpp"
 #include "model/plant/loop_model.hpp"
 
 namespace loopwarden::twin {
@@ -28,7 +27,6 @@ struct ProcessFit {
   double log_likelihood = 0.0;  // nats
   std::vector<double> parts;    // of it, by part of the record
   std::vector<double> pv;       // free run of the whole record, PV units
-  estimator::ErrorSize error;   // disturbance and error of the law
   double training_rmse = 0.0;   // PV units, of the fitted samples
   double holdout_rmse = 0.0;    // PV units, of the others
 };

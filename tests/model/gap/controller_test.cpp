@@ -82,8 +82,8 @@ TEST_CASE("a record that begins at a limit of CO shows no other settings", "[gap
     record.sp.push_back(k >= 50 && k < 150 ? -1.0 : 5.0 + wave);
     record.pv.push_back(5.0 + 0.05 * std::sin(0.3 * k));
   }
-  record.co = gap::replay_controller(model.controller.pid, record.period_s, record.sp, record.pv,
-                                     5.0);
+  record.co =
+      gap::replay_controller(model.controller.pid, record.period_s, record.sp, record.pv, 5.0);
   record = record.part(100, record.size());
   REQUIRE(record.co.front() == 0.0);
   const gap::ControllerFinding found = gap::compare_controller(record, model);

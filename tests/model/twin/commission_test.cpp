@@ -244,7 +244,7 @@ TEST_CASE("two changes at once are both named", "[commission][explain][long]") {
   const plant::ScheduledFault backlash{.effect = {"backlash", {{"deadband", 0.5}}},
                                        .block = effects::Block::valve,
                                        .schedule = {.from_s = 300.0}};
-  const numeric::LoopRecord record = changed_at({gain_change(1.3), backlash}, 900.0);
+  const numeric::LoopRecord record = changed_at({gain_change(0.75), backlash}, 900.0);
   const auto alarm = static_cast<std::size_t>(400.0 / 0.1);
   const twin::Explanation e = twin::explain(record, twin_model(), alarm, {}, test::serial);
   REQUIRE(e.result.effects.size() == 2);
@@ -252,7 +252,7 @@ TEST_CASE("two changes at once are both named", "[commission][explain][long]") {
     const bool is_gain = effect.spec.name == "gain_change";
     CHECK((is_gain || effect.spec.name == "backlash"));
     CHECK(effect.spec.parameters.at(is_gain ? "factor" : "deadband") ==
-          Approx(is_gain ? 1.3 : 0.5).epsilon(0.1));
+          Approx(is_gain ? 0.75 : 0.5).epsilon(0.05));
   }
   CHECK(record.seconds_at(e.at) == Approx(300.0).margin(45.0));
 }
