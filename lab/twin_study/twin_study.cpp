@@ -186,7 +186,8 @@ Scored study(const CaseFiles& files, const Arguments& arguments) {
   const double began_s = processor_s();
   const numeric::LoopRecord newest =
       record.part(first, std::min(record.size(), alarm + samples(twin::kEnough_s)));
-  const twin::Explanation e = twin::explain(newest, twin, alarm - first, {}, one_thread);
+  const twin::Explanation e =
+      twin::explain(newest, twin, alarm - first, {.enough_s = twin::kMostSeen_s}, one_thread);
   out.explain_s = processor_s() - began_s;
   std::set<std::string> accept(files.truth.accept.begin(), files.truth.accept.end());
   if (accept.contains("output_bias")) accept.insert("step_disturbance");
