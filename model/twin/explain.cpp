@@ -43,7 +43,7 @@ constexpr plant::ProcessUncertainty kLeastUncertainty{
 // Of the record's samples.
 struct ChangeMoment {
   std::size_t earliest = 0;
-  std::size_t likeliest = 0;  // no change began after it
+  std::size_t latest = 0;
 };
 
 // What the twin's watches held at each sample of a stretch.
@@ -52,19 +52,20 @@ struct Held {
   std::vector<double> controller;  // n^2, CO units squared
 };
 
-// Of the samples at which a change may have begun the earliest at which it is hardly less likely
-// than at the likeliest, and that. `ratio(k)`: twice the logarithm of the likelihood of a change at
-// k. Nothing: none is likely.
+// The first and the last sample at which a change is hardly less likely to have begun than at the
+// likeliest one. `ratio(k)`: twice the logarithm of the likelihood of a change at k. Nothing: none is
+// likely.
 std::optional<ChangeMoment> most_likely(std::size_t samples,
                                         const std::function<double(std::size_t)>& ratio) {
   std::vector<double> ratios(samples);
   for (std::size_t k = samples; k-- > 0;) ratios[k] = ratio(k);
   const auto most = std::max_element(ratios.begin(), ratios.end());
   if (most == ratios.end() || *most <= 0.0) return std::nullopt;
-  const auto first =
-      std::find_if(ratios.begin(), ratios.end(), [&](double r) { return r > *most - kHardlyLess; });
+  const auto likely = [&](double r) { return r > *most - kHardlyLess; };
+  const auto first = std::find_if(ratios.begin(), ratios.end(), likely);
+  const auto last = std::find_if(ratios.rbegin(), ratios.rend(), likely);
   return ChangeMoment{static_cast<std::size_t>(first - ratios.begin()),
-                      static_cast<std::size_t>(most - ratios.begin())};
+                      static_cast<std::size_t>(ratios.rend() - last) - 1};
 }
 
 // Where a change of the kind that leads began.
@@ -185,10 +186,10 @@ class Changes {
     model.scenario.faults.clear();
     estimator::Options options{.without = {"learned"}, .most_effects = 2};
     const std::size_t proof = (record_.size() - change.earliest) / 3;
-    if (change.likeliest > 0) {
+    if (change.latest > 0) {
       const double earliest_s = record_.seconds_at(change.earliest);
       options.since = {std::max(0.5 * earliest_s, earliest_s - kUnseen_s),
-                       record_.seconds_at(change.likeliest)};
+                       record_.seconds_at(change.latest)};
     }
     options.fitted = record_.size() - proof;
     const estimator::Estimate found = estimator::estimate(
@@ -373,13 +374,13 @@ TellingStretch telling_stretch(const numeric::LoopRecord& record, const plant::L
   std::optional<ChangeMoment> moment;
   if (watch.on()) moment = where_changed(seen.changes[static_cast<std::size_t>(leading)]);
   if (!watch.on() && controller.on()) moment = where_retuned(seen.controller);
-  const std::size_t likeliest = stretch.begin + (moment ? moment->likeliest : 0);
+  const std::size_t latest = stretch.begin + (moment ? moment->latest : 0);
   if (moment) stretch.begin += moment->earliest;
   // What came before the alarm may be too little to tell: then the minutes behind it are waited
   // for.
   stretch.end =
       std::min(record.size(), std::max(stretch.end, stretch.begin + samples(settings.enough_s)));
-  return {stretch, likeliest};
+  return {stretch, latest};
 }
 
 Explanation explain(const numeric::LoopRecord& record, const plant::LoopModel& twin,
@@ -405,7 +406,7 @@ Explanation explain(const numeric::LoopRecord& record, const plant::LoopModel& t
   numeric::LoopRecord part = record.part(from, out.stretch.end);
   part.stem.clear();
   const ChangeMoment moment{out.stretch.begin - from,
-                            std::max(telling.likeliest, out.stretch.begin) - from};
+                            std::max(telling.latest, out.stretch.begin) - from};
   out.result =
       Changes(part, twin, judged.part(from, out.stretch.end).pv).find(moment, parallel, out);
   out.at = out.result.effects.empty() ? out.stretch.begin : from + out.at;

@@ -47,7 +47,7 @@ struct ExplainSettings {
 
 struct TellingStretch {
   gap::SampleRange range;
-  std::size_t likeliest = 0;  // sample at which the change began
+  std::size_t latest = 0;  // sample after which no change began
 };
 // Of the record, for an alarm at sample `alarm`.
 TellingStretch telling_stretch(const numeric::LoopRecord& record, const plant::LoopModel& twin,

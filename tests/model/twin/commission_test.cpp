@@ -208,7 +208,7 @@ TEST_CASE(
   const auto alarm = static_cast<std::size_t>(450.0 / 0.1);
   const twin::TellingStretch telling = twin::telling_stretch(record, twin_model(), alarm, {});
   const gap::SampleRange stretch = telling.range;
-  CHECK(telling.likeliest >= stretch.begin);
+  CHECK(telling.latest >= stretch.begin);
   CHECK(record.seconds_at(stretch.begin) == Approx(300.0).margin(45.0));
   CHECK(stretch.end > alarm);
   const twin::Explanation e = twin::explain(record, twin_model(), alarm, {}, test::serial);
