@@ -41,6 +41,7 @@ struct Arguments {
   std::vector<std::string> cases;
   std::string twins;  // folder of twins that are read, or written if they are not there
   std::string only;
+  double disturbance = 0.0;  // PV units per root second
   bool no_explanation = false;
   bool verbose = false;
 };
@@ -68,7 +69,7 @@ struct Scored {
   std::string effect;
   std::string verdict;         // of commission
   double commission_s = 0.0;   // processor
-  double left = std::nan("");  // error of the twin on the next healthy minutes, in its noises
+  double left = std::nan("");  // error on the next healthy minutes, over the plant's
   int before = 0;              // alarms before the change
   std::optional<double> seen_s;
   double explain_s = std::nan("");
@@ -78,9 +79,10 @@ struct Scored {
   bool both = false;
 };
 
-// Error of the twin's prediction beside a slow disturbance, over its noise: PV less the twin and
-// a mean over 30 answers.
-double left_of(const plant::LoopModel& twin, const numeric::LoopRecord& record) {
+// Error of the twin's prediction, over that of the plant itself: PV less the twin and a mean over 30
+// answers. That mean leaves part of a disturbance, whose intensity is q, PV units per root second.
+double left_of(const plant::LoopModel& twin, const numeric::LoopRecord& record, double q) {
+  constexpr double kForgets_s = 300.0;  // the disturbance of the cases
   plant::Plant plant(plant::without_noise(twin), 1);
   plant.reset(record.co[0]);
   const double answer_s = std::max(plant::answer_s(twin), record.period_s);
@@ -99,7 +101,8 @@ double left_of(const plant::LoopModel& twin, const numeric::LoopRecord& record) 
     plant.step(record.co[k]);
   }
   const double rounding = twin.transmitter.resolution / std::sqrt(12.0);
-  return std::sqrt(squares / count) / std::hypot(twin.transmitter.noise, rounding);
+  const double disturbance = q / std::sqrt(2.0 / kForgets_s + 2.0 / (30.0 * answer_s));
+  return std::sqrt(squares / count) / std::hypot(twin.transmitter.noise, rounding, disturbance);
 }
 
 Scored study(const CaseFiles& files, const Arguments& arguments) {
@@ -128,6 +131,16 @@ Scored study(const CaseFiles& files, const Arguments& arguments) {
                           .model = read_model(files.folder / "model.yaml")},
                          one_thread, [](double) {});
     out.commission_s = processor_s() - began_s;
+    if (arguments.verbose) {
+      for (const twin::Stage& stage : made.stages) {
+        fmt::print("    {:<24} {:.4g} {:.4g}\n", stage.name, stage.rmse, stage.holdout_rmse);
+      }
+      if (made.gap) {
+        fmt::print("    noise {:.4g} disturbance {:.4g} per root s, floor {:.4g}\n",
+                   made.gap->floor.transmitter_rmse, made.gap->load_intensity,
+                   made.gap->floor.rmse());
+      }
+    }
     out.verdict = twin::to_text(made.outcome);
     for (const auto& effect : made.effects) out.verdict += " +" + effect.spec.name;
     if (made.outcome != twin::Outcome::commissioned) {
@@ -142,7 +155,7 @@ Scored study(const CaseFiles& files, const Arguments& arguments) {
   }
   const std::size_t first = samples(kCommissioned_s);
   const std::size_t change = samples(from_s);
-  out.left = left_of(twin, record.part(first, change));
+  out.left = left_of(twin, record.part(first, change), arguments.disturbance);
 
   watch::TwinWatch watch(twin);
   watch::ControllerWatch controller(twin);
@@ -155,7 +168,14 @@ Scored study(const CaseFiles& files, const Arguments& arguments) {
     controller.add(record.sp[k], record.pv[k], record.co[k]);
     load.add(watch.load_known() ? watch.load() : std::nan(""));
     const bool on = watch.on() || controller.on() || load.outside().has_value();
-    if (k < change && on && !was_on) ++out.before;
+    if (k < change && on && !was_on) {
+      ++out.before;
+      if (arguments.verbose) {
+        fmt::print("    {:.0f} s before the change: {}{}{}\n",
+                   record.period_s * static_cast<double>(change - k), watch.on() ? "twin " : "",
+                   controller.on() ? "controller " : "", load.outside() ? "disturbance" : "");
+      }
+    }
     if (k >= change && on && seen == 0) seen = k;
     if (k >= change && (watch.on() || controller.on())) alarm = k;
     was_on = on;
@@ -166,7 +186,8 @@ Scored study(const CaseFiles& files, const Arguments& arguments) {
   const double began_s = processor_s();
   const numeric::LoopRecord newest =
       record.part(first, std::min(record.size(), alarm + samples(twin::kEnough_s)));
-  const twin::Explanation e = twin::explain(newest, twin, alarm - first, {}, one_thread);
+  const twin::Explanation e =
+      twin::explain(newest, twin, alarm - first, {.enough_s = twin::kMostSeen_s}, one_thread);
   out.explain_s = processor_s() - began_s;
   std::set<std::string> accept(files.truth.accept.begin(), files.truth.accept.end());
   if (accept.contains("output_bias")) accept.insert("step_disturbance");
@@ -180,7 +201,7 @@ Scored study(const CaseFiles& files, const Arguments& arguments) {
   out.both = out.names.size() == 2 && !out.wrong;
   fmt::print(
       "    {} closed {:.2f} since {:.0f} s ({:.0f} to {:.0f}) after the change\n",
-      e.result.sentence, e.closed,
+      e.usable() ? e.result.sentence : e.result.check.refusal, e.closed,
       record.period_s * (static_cast<double>(first + e.at) - static_cast<double>(change)),
       record.period_s * (static_cast<double>(first + e.from.begin) - static_cast<double>(change)),
       record.period_s * (static_cast<double>(first + e.from.end) - static_cast<double>(change)));
@@ -244,7 +265,7 @@ int run(const Arguments& arguments) {
   const auto line = [](const char* what, const auto& of) {
     fmt::print("{:<60} {:.2f} {:.2f} {:.2f}\n", what, of(0.5), of(0.9), of(1.0));
   };
-  line("remaining error over noise: median, nine tenths, worst",
+  line("remaining error over that of the plant: median, nine tenths, worst",
        [&](double q) { return quantile([](const Scored& s) { return s.left; }, q); });
   line("commission, processor s",
        [&](double q) { return quantile([](const Scored& s) { return s.commission_s; }, q); });
@@ -275,6 +296,8 @@ int main(int argc, char** argv) {
   app.add_option("--cases", arguments.cases, "folders with truth.json")->required();
   app.add_option("--twins", arguments.twins, "folder that keeps twins");
   app.add_option("--only", arguments.only, "cases with this text in effect or id");
+  app.add_option("--disturbance", arguments.disturbance,
+                 "disturbance of the cases, PV units per root second");
   app.add_flag("--no-explanation", arguments.no_explanation, "commission and watch only");
   app.add_flag("--verbose", arguments.verbose, "print the competition");
   CLI11_PARSE(app, argc, argv);

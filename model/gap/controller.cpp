@@ -39,6 +39,12 @@ struct Slopes {
   double kp, ki, kp_spread, ki_spread;
 };
 
+constexpr double kNearLimit = 0.005;  // of the output's span
+
+bool is_inside(double u, const control::PidSettings& settings, double margin) {
+  return u > settings.output_low + margin && u < settings.output_high - margin;
+}
+
 // The controller beside the record: replayed with any settings, and what the moves of CO say of
 // them.
 class Replay {
@@ -75,7 +81,13 @@ class Replay {
   // starts anew.
   std::vector<double> run(const control::PidSettings& settings) const {
     std::vector<double> out = co_;
-    for (const SampleRange& stretch : stretches_) {
+    const double margin = kNearLimit * settings.output_span();
+    for (SampleRange stretch : stretches_) {
+      // At a limit CO does not show the integral.
+      while (stretch.begin < stretch.end && !is_inside(co_[stretch.begin], settings, margin)) {
+        ++stretch.begin;
+      }
+      if (stretch.begin == stretch.end) continue;
       const auto begin = static_cast<std::ptrdiff_t>(stretch.begin);
       const auto part = [&](const std::vector<double>& column) {
         return std::vector<double>(column.begin() + begin,
@@ -104,10 +116,14 @@ class Replay {
     return out;
   }
 
-  // CO units, of an output from the measured one: over the whole record, and over its first two
-  // thirds.
+  // CO units, of an output from the measured one: over the whole record, its first two thirds, and
+  // the others.
   double apart(std::span<const double> output) const {
     return numeric::rms_apart(output, record_.co);
+  }
+  double apart_in_proof(std::span<const double> output) const {
+    return numeric::rms_apart(output.subspan(training_end_),
+                              std::span(record_.co).subspan(training_end_));
   }
   double apart_in_training(std::span<const double> output) const {
     return numeric::rms_apart(output.first(training_end_), record_.co);
@@ -115,11 +131,9 @@ class Replay {
 
   // Kp and Ki from the moves of CO away from its limits.
   std::optional<Slopes> from_moves(const control::PidSettings& settings) const {
-    const double margin = 0.005 * settings.output_span();
+    const double margin = kNearLimit * settings.output_span();
     const double side = settings.action == control::Action::reverse ? 1.0 : -1.0;
-    const auto inside = [&](double u) {
-      return u > settings.output_low + margin && u < settings.output_high - margin;
-    };
+    const auto inside = [&](double u) { return is_inside(u, settings, margin); };
     numeric::TwoColumns sums;
     for (const SampleRange& stretch : stretches_) {
       for (std::size_t k = stretch.begin + 1; k < std::min(stretch.end, training_end_); ++k) {
@@ -284,7 +298,10 @@ ControllerFinding compare_controller(const LoopRecord& record, const plant::Loop
       other.inlet.filter_s > 0.0 || other.inlet.dead_band > 0.0 ||
       std::abs(kp / settings.gains.kp - 1.0) > kSameSettings ||
       std::abs(ki - settings.gains.ki) > kSameSettings * std::max(settings.gains.ki, 1e-12);
-  found.mismatch = other_settings && other.apart < kSettingsLeave * found.training_rmse_before;
+  const double proof_before = replay.apart_in_proof(found.before);
+  found.mismatch = other_settings && other.apart < kSettingsLeave * found.training_rmse_before &&
+                   proof_before >= least &&
+                   replay.apart_in_proof(after) < kSettingsLeave * proof_before;
   found.unexplained = !found.mismatch;
   if (found.unexplained) return found;
   found.kp = kp;

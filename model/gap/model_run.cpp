@@ -99,10 +99,10 @@ double rms_between(const std::vector<double>& a, const std::vector<double>& b,
 }
 
 Misfit misfit_of(const std::vector<double>& pv, const std::vector<double>& simulated,
-                 const std::vector<bool>& used, double floor) {
+                 const std::vector<bool>& used, std::size_t fitted, double floor) {
   const SampleRange all{0, pv.size()};
-  const SampleRange training{0, training_samples(pv.size())};
-  const SampleRange holdout{training.end, pv.size()};
+  const SampleRange training{0, fitted};
+  const SampleRange holdout{fitted, pv.size()};
   Misfit m;
   m.rmse = rms_between(pv, simulated, used, all);
   m.training_rmse = rms_between(pv, simulated, used, training);

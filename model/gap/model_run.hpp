@@ -21,9 +21,9 @@ namespace loopwarden::gap {
 double rms_between(const std::vector<double>& a, const std::vector<double>& b,
                    const std::vector<bool>& used, SampleRange range);
 
-// `floor` is the noise floor, PV units.
+// `fitted`: samples of the training part; `floor`: the noise floor, PV units.
 Misfit misfit_of(const std::vector<double>& pv, const std::vector<double>& simulated,
-                 const std::vector<bool>& used, double floor);
+                 const std::vector<bool>& used, std::size_t fitted, double floor);
 
 // PV of the model's closed loop, driven by SP, from the measured first PV. Noise left out.
 std::vector<double> closed_loop(const plant::LoopModel& model, const std::vector<double>& sp,

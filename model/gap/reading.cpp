@@ -128,17 +128,23 @@ Spikes find_spikes(const std::vector<double>& pv, double least, std::size_t long
   Spikes out;
   out.at.assign(pv.size(), false);
   std::vector<double> sizes;
+  std::size_t staying = 0;
   for (std::size_t k = 1; k < pv.size(); ++k) {
     const double jump = std::abs(pv[k] - pv[k - 1]);
     if (!(jump > least)) continue;
     const std::size_t end = end_of_spike(pv, k, longest);
-    if (end == k) continue;
+    if (end == k) {
+      ++staying;
+      continue;
+    }
     std::fill(out.at.begin() + static_cast<std::ptrdiff_t>(k),
               out.at.begin() + static_cast<std::ptrdiff_t>(end), true);
     out.samples += end - k;
     sizes.push_back(jump);
     k = end;
   }
+  // A longer excursion has two such jumps.
+  if (staying > 2 * sizes.size()) return {.at = std::vector<bool>(pv.size(), false)};
   out.count = sizes.size();
   if (!sizes.empty()) out.size = numeric::median(sizes);
   return out;

@@ -10,6 +10,7 @@
 //
 //   spikes   PV leaves its course within one sample and is back within one sample soon after: a process whose lag is
 //            longer than both can't. Such samples are no part of the loop, and nothing is held against them
+//            If more jumps stay than return, PV itself jumps, and the short ones are no spikes
 //
 // What it can't do: a reading to which noise is added behind the hold or the limit is not flat; an
 // end that is reached once is no end. A record that a historian filled up at a fixed rate looks

@@ -302,7 +302,7 @@ class Workflow {
   }
 
   Misfit misfit(const std::vector<double>& pv) const {
-    return misfit_of(record_.pv, pv, record_.used, result_.floor.rmse());
+    return misfit_of(record_.pv, pv, record_.used, record_.training_end, result_.floor.rmse());
   }
   void take_misfits() {
     result_.before = misfit(series_.pv_before);

@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "model/analysis/identification.hpp"
-#include "model/twin/error_left.hpp"
 #include "model/twin/found_controller.hpp"
 #include "model/twin/process_fit.hpp"
 #include "model/twin/usable.hpp"
@@ -17,6 +16,8 @@
 #include "model/estimator/estimate.hpp"
 #include "model/gap/check.hpp"
 #include "model/gap/independence.hpp"
+#include "model/gap/model_run.hpp"
+#include "model/gap/prove.hpp"
 #include "model/gap/record_check.hpp"
 #include "model/numeric/statistics.hpp"
 #include "model/numeric/text.hpp"
@@ -60,6 +61,12 @@ effects::EffectSpec without_momentum(effects::EffectSpec spec) {
   spec.parameters.erase("natural_frequency");
   spec.parameters.erase("damping");
   return spec;
+}
+
+bool is_curve(const effects::EffectSpec& spec) { return spec.name == "valve_characteristic"; }
+
+bool has_curve(const LoopModel& model) {
+  return std::any_of(model.valve_effects.begin(), model.valve_effects.end(), is_curve);
 }
 
 Spans spans_of(const LoopModel& model) {
@@ -314,7 +321,7 @@ class Commissioner {
 
   // Whether the chosen hypothesis leaves little of the gap.
   static bool explains_most(const estimator::Estimate& found) {
-    return gap_closed(found.before.holdout, found.chosen_left.holdout, found.noise_rms) >=
+    return gap::gap_closed(found.before.holdout, found.chosen_left.holdout, found.noise_rms) >=
            kLeastClosedByRound;
   }
 
@@ -324,6 +331,9 @@ class Commissioner {
   }
 
   void show(const estimator::Found& effect) {
+    // The curve of a later round replaces that of the one before.
+    std::erase_if(out_.effects,
+                  [&](const FoundEffect& e) { return e.spec.name == effect.spec.name; });
     FoundEffect& shown = out_.effects.emplace_back();
     shown.spec = without_momentum(effect.spec);
     shown.block = effect.block;
@@ -336,18 +346,19 @@ class Commissioner {
   std::string take_in(const estimator::Estimate& found) {
     LoopModel next = fit_.model;
     std::string names;
-    // A curve of another form explains nearly all, and is bent to the record then.
-    for (const estimator::Found& effect : found.effects.empty() ? found.nearest : found.effects) {
-      if (!is_healthy(effect)) continue;
+    // A curve of another form explains nearly all, and is bent to the record then. Its error takes
+    // the form of other effects, so they wait for the next round.
+    const auto& chosen = found.effects.empty() ? found.nearest : found.effects;
+    const bool curve = std::any_of(chosen.begin(), chosen.end(),
+                                   [](const auto& effect) { return is_curve(effect.spec); });
+    for (const estimator::Found& effect : chosen) {
+      if (!is_healthy(effect) || (curve && !is_curve(effect.spec))) continue;
       add_effect(effect, next);
       names += (names.empty() ? "" : " and ") + words(effect.spec.name);
     }
     fit_ = fit_process(fitted_, next);
     // A curve explains part of many effects, so it is bent only if a characteristic is named.
-    const bool curved =
-        std::any_of(next.valve_effects.begin(), next.valve_effects.end(),
-                    [](const auto& spec) { return spec.name == "valve_characteristic"; });
-    if (curved) bend();
+    if (has_curve(next)) fit_ = bent(fitted_, std::move(fit_));
     return names;
   }
 
@@ -379,13 +390,14 @@ class Commissioner {
   }
 
   // Its points are solved for at the present curve, so it is bent until it stays.
-  void bend() {
+  ProcessFit bent(const FittedRecord& record, ProcessFit fit) const {
     constexpr int kMostBends = 4;
     for (int i = 0; i < kMostBends && record_.has_co(); ++i) {
-      ProcessFit next = bend_characteristic(fitted_, fit_);
-      if (!(next.log_likelihood > fit_.log_likelihood)) return;
-      fit_ = std::move(next);
+      ProcessFit next = bend_characteristic(record, fit);
+      if (!(next.log_likelihood > fit.log_likelihood)) break;
+      fit = std::move(next);
     }
+    return fit;
   }
 
   double most_friction() const {
@@ -395,7 +407,7 @@ class Commissioner {
 
   // Characteristic and friction, which are too small to be called missing.
   void polish() {
-    bend();
+    fit_ = bent(fitted_, std::move(fit_));
     double percent = 0.0;
     fit_ = add_friction(fitted_, fit_, most_friction(), percent);
     if (!(percent > 0.0)) return;
@@ -408,6 +420,7 @@ class Commissioner {
   void finish(const estimator::Estimate& last) {
     // The last third may be noisier.
     const double noise = std::max(fitted_.noise_rms, checked_.quality.noise_rms);
+    // Of the fitted part: an error that only the last third has is no disturbance.
     const double load = disturbance_of(fitted_, fit_.pv);
     // A larger disturbance is something unexplained.
     const double largest = estimator::kLimits.largest_disturbance * out_.given.transmitter.span();
@@ -426,17 +439,18 @@ class Commissioner {
     result.effects = out_.effects;
     add_stage("twin", fit_);
     result.before =
-        error_left(checked_.pv, out_.stages.front().pv, checked_.used, fitted_.fitted, floor);
-    result.after = error_left(checked_.pv, fit_.pv, checked_.used, fitted_.fitted, floor);
+        gap::misfit_of(checked_.pv, out_.stages.front().pv, checked_.used, fitted_.fitted, floor);
+    result.after = gap::misfit_of(checked_.pv, fit_.pv, checked_.used, fitted_.fitted, floor);
     result.holdout_from_s = record_.seconds_at(checked_.training_end);
     result.series.pv_before = out_.stages.front().pv;
     result.series.pv_after = fit_.pv;
-    out_.closed = gap_closed(result.before.holdout_rmse, result.after.holdout_rmse, floor);
+    out_.closed = gap::gap_closed(result.before.holdout_rmse, result.after.holdout_rmse, floor);
 
     // The last third has proved the model: now it counts, too.
     FittedRecord whole = fitted_;
     whole.fitted = record_.size();
-    const ProcessFit all = fit_process(whole, fit_.model);
+    ProcessFit all = fit_process(whole, fit_.model);
+    if (has_curve(all.model)) all = bent(whole, std::move(all));
     LoopModel twin = all.model;
     twin.uncertainty = out_.given.uncertainty;
     if (out_.identified) twin.uncertainty = {};
@@ -447,9 +461,9 @@ class Commissioner {
     std::erase_if(twin.transmitter_effects, is_of_the_day);
     std::erase_if(twin.disturbances,
                   [](const effects::EffectSpec& spec) { return spec.name == "random_load"; });
-    if (load > 0.0) {
+    if (const double intensity = disturbance_of(whole, all.pv); intensity > 0.0) {
       twin.disturbances.push_back(
-          {"random_load", {{"intensity", load}, {"time_constant", kLoadTime_s}}});
+          {"random_load", {{"intensity", intensity}, {"time_constant", kLoadTime_s}}});
     }
     const double rounding = twin.transmitter.resolution / std::sqrt(12.0);
     twin.transmitter.noise = std::sqrt(std::max(0.0, noise * noise - rounding * rounding));
@@ -533,10 +547,28 @@ class Commissioner {
     return found.follows_co ? "CO" : "";
   }
 
+  // RMSE of the last third, PV units, beside a level by which the disturbance may have moved since.
+  double left_beside_level() const {
+    constexpr double kMoves = 2.0;  // standard deviations of the disturbance
+    double sum = 0.0;
+    double count = 0.0;
+    for (std::size_t k = fitted_.fitted; k < checked_.pv.size(); ++k) {
+      if (!checked_.used[k]) continue;
+      sum += checked_.pv[k] - fit_.pv[k];
+      count += 1.0;
+    }
+    const double rmse = out_.gap->after.holdout_rmse;
+    if (count == 0.0) return rmse;
+    const double most = kMoves * out_.gap->floor.load_rmse;
+    const double mean = sum / count;
+    const double level = std::clamp(mean, -most, most);
+    return std::sqrt(std::max(0.0, rmse * rmse - level * (2.0 * mean - level)));
+  }
+
   void judge(const estimator::Estimate& last) {
     finish(last);
-    const double left = out_.gap->after.holdout_rmse;
     const double floor = out_.gap->floor.rmse();
+    const double left = left_beside_level();
     // Where the model that it began with is right already, there is no gap to close: then what is
     // left counts.
     const std::string follows = what_it_follows(left);

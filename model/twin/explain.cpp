@@ -8,11 +8,12 @@
 #include <vector>
 
 #include "model/twin/commission.hpp"
-#include "model/twin/error_left.hpp"
 #include "model/twin/found_controller.hpp"
 #include "model/effects/catalogue.hpp"
 #include "model/estimator/estimate.hpp"
 #include "model/gap/check.hpp"
+#include "model/gap/model_run.hpp"
+#include "model/gap/prove.hpp"
 #include "model/numeric/text.hpp"
 #include "model/plant/loop_model.hpp"
 #include "model/watch/controller_watch.hpp"
@@ -33,6 +34,7 @@ constexpr double kMostInexact = 0.7;   // its confidence
 constexpr std::size_t kMostCandidates = 12;
 constexpr double kLeastBefore_s = 240.0;  // healthy samples that are fitted
 constexpr double kAnswersBefore = 30.0;
+constexpr double kLeastJudged = 0.5;     // of the samples
 constexpr double kLeastAfter_s = 120.0;  // in which a moment can be found
 // The least that a twin's process changes by itself.
 constexpr plant::ProcessUncertainty kLeastUncertainty{
@@ -41,7 +43,7 @@ constexpr plant::ProcessUncertainty kLeastUncertainty{
 // Of the record's samples.
 struct ChangeMoment {
   std::size_t earliest = 0;
-  std::size_t likeliest = 0;  // no change began after it
+  std::size_t latest = 0;
 };
 
 // What the twin's watches held at each sample of a stretch.
@@ -50,19 +52,20 @@ struct Held {
   std::vector<double> controller;  // n^2, CO units squared
 };
 
-// Of the samples at which a change may have begun the earliest at which it is hardly less likely
-// than at the likeliest, and that. `ratio(k)`: twice the logarithm of the likelihood of a change at
-// k. Nothing: none is likely.
+// The first and the last sample at which a change is hardly less likely to have begun than at the
+// likeliest one. `ratio(k)`: twice the logarithm of the likelihood of a change at k. Nothing: none is
+// likely.
 std::optional<ChangeMoment> most_likely(std::size_t samples,
                                         const std::function<double(std::size_t)>& ratio) {
   std::vector<double> ratios(samples);
   for (std::size_t k = samples; k-- > 0;) ratios[k] = ratio(k);
   const auto most = std::max_element(ratios.begin(), ratios.end());
   if (most == ratios.end() || *most <= 0.0) return std::nullopt;
-  const auto first =
-      std::find_if(ratios.begin(), ratios.end(), [&](double r) { return r > *most - kHardlyLess; });
+  const auto likely = [&](double r) { return r > *most - kHardlyLess; };
+  const auto first = std::find_if(ratios.begin(), ratios.end(), likely);
+  const auto last = std::find_if(ratios.rbegin(), ratios.rend(), likely);
   return ChangeMoment{static_cast<std::size_t>(first - ratios.begin()),
-                      static_cast<std::size_t>(most - ratios.begin())};
+                      static_cast<std::size_t>(ratios.rend() - last) - 1};
 }
 
 // Where a change of the kind that leads began.
@@ -151,8 +154,24 @@ gap::Series series_of(const numeric::LoopRecord& record, const gap::CheckedRecor
 // Competition of changes of the twin in a part of the record.
 class Changes {
  public:
-  Changes(const numeric::LoopRecord& record, const plant::LoopModel& twin)
-      : record_(record), twin_(twin), checked_(gap::check(record, twin)) {}
+  // `judged`: PV of the record, NaN where the twin may not judge.
+  Changes(const numeric::LoopRecord& record, const plant::LoopModel& twin,
+          const std::vector<double>& judged)
+      : record_(record), twin_(twin), checked_(gap::check(record, twin)) {
+    if (!checked_.quality.usable) return;
+    double counts = 0.0;
+    for (std::size_t k = 0; k < judged.size(); ++k) {
+      if (!std::isfinite(judged[k])) checked_.used[k] = checked_.measured[k] = false;
+      if (checked_.used[k]) counts += 1.0;
+    }
+    const double share = counts / static_cast<double>(judged.size());
+    if (share >= kLeastJudged) return;
+    checked_.quality.usable = false;
+    checked_.quality.refusal = numeric::text(
+        "The twin may judge only %.0f %% of the samples; at least %.0f %% are required. The others "
+        "are outside the commissioned range",
+        100.0 * share, 100.0 * kLeastJudged);
+  }
 
   // `change`: samples of the part; zeros: no healthy samples are known.
   gap::Result find(const ChangeMoment& change, const numeric::ParallelFor& parallel,
@@ -167,10 +186,10 @@ class Changes {
     model.scenario.faults.clear();
     estimator::Options options{.without = {"learned"}, .most_effects = 2};
     const std::size_t proof = (record_.size() - change.earliest) / 3;
-    if (change.likeliest > 0) {
+    if (change.latest > 0) {
       const double earliest_s = record_.seconds_at(change.earliest);
       options.since = {std::max(0.5 * earliest_s, earliest_s - kUnseen_s),
-                       record_.seconds_at(change.likeliest)};
+                       record_.seconds_at(change.latest)};
     }
     options.fitted = record_.size() - proof;
     const estimator::Estimate found = estimator::estimate(
@@ -184,14 +203,15 @@ class Changes {
                     .load_rmse = std::sqrt(std::max(
                         0.0, found.floor * found.floor - found.noise_rms * found.noise_rms))};
     result.before =
-        error_left(checked_.pv, found.pv_before, checked_.used, options.fitted, found.floor);
+        gap::misfit_of(checked_.pv, found.pv_before, checked_.used, options.fitted, found.floor);
     result.after =
-        error_left(checked_.pv, found.pv_after, checked_.used, options.fitted, found.floor);
+        gap::misfit_of(checked_.pv, found.pv_after, checked_.used, options.fitted, found.floor);
     result.holdout_from_s = record_.seconds_at(options.fitted);
     result.series = series_of(record_, checked_, found);
-    out.closed = gap_closed(found.before.holdout, found.after.holdout, found.floor);
+    out.closed = gap::gap_closed(found.before.holdout, found.after.holdout, found.floor);
     std::vector<estimator::Found> effects = found.effects;
-    const double nearly = gap_closed(found.before.holdout, found.chosen_left.holdout, found.floor);
+    const double nearly =
+        gap::gap_closed(found.before.holdout, found.chosen_left.holdout, found.floor);
     if (effects.empty() && nearly >= kNearlyClosed) {
       // No law is exactly the plant's: what is left is more than noise, and little of the gap.
       effects = found.nearest;
@@ -354,13 +374,13 @@ TellingStretch telling_stretch(const numeric::LoopRecord& record, const plant::L
   std::optional<ChangeMoment> moment;
   if (watch.on()) moment = where_changed(seen.changes[static_cast<std::size_t>(leading)]);
   if (!watch.on() && controller.on()) moment = where_retuned(seen.controller);
-  const std::size_t likeliest = stretch.begin + (moment ? moment->likeliest : 0);
+  const std::size_t latest = stretch.begin + (moment ? moment->latest : 0);
   if (moment) stretch.begin += moment->earliest;
   // What came before the alarm may be too little to tell: then the minutes behind it are waited
   // for.
   stretch.end =
       std::min(record.size(), std::max(stretch.end, stretch.begin + samples(settings.enough_s)));
-  return {stretch, likeliest};
+  return {stretch, latest};
 }
 
 Explanation explain(const numeric::LoopRecord& record, const plant::LoopModel& twin,
@@ -383,15 +403,16 @@ Explanation explain(const numeric::LoopRecord& record, const plant::LoopModel& t
           ? first_pv(judged, out.stretch.begin - std::min(out.stretch.begin, before),
                      out.stretch.begin)
           : out.stretch.begin;
-  numeric::LoopRecord part = judged.part(from, out.stretch.end);
+  numeric::LoopRecord part = record.part(from, out.stretch.end);
   part.stem.clear();
   const ChangeMoment moment{out.stretch.begin - from,
-                            std::max(telling.likeliest, out.stretch.begin) - from};
-  out.result = Changes(part, twin).find(moment, parallel, out);
+                            std::max(telling.latest, out.stretch.begin) - from};
+  out.result =
+      Changes(part, twin, judged.part(from, out.stretch.end).pv).find(moment, parallel, out);
   out.at = out.result.effects.empty() ? out.stretch.begin : from + out.at;
   if (out.from.end > 0) out.from = {from + out.from.begin, from + out.from.end};
   if (out.usable() && settings.judge_controller) {
-    add_controller(judged.part(out.stretch.begin, out.stretch.end), twin, out.result);
+    add_controller(record.part(out.stretch.begin, out.stretch.end), twin, out.result);
   }
   return out;
 }

@@ -14,7 +14,8 @@
 //   final name  if no effect agrees and the first one gives its name (alarm/given_name.hpp):
 //               of a valve effect its own alarm, otherwise model_gap
 //   left out    PV where the twin may not judge: from beyond the commissioned range until its
-//               samples count again (twin_watch.hpp). The record begins with the first other PV
+//               samples count again (twin_watch.hpp). The record begins with the first other PV.
+//               It is not usable if more than half of the samples are left out
 //
 // Errors: none: a stretch that can't be used is not explained.
 // What it can't do: two changes at different times within the stretch.
@@ -46,7 +47,7 @@ struct ExplainSettings {
 
 struct TellingStretch {
   gap::SampleRange range;
-  std::size_t likeliest = 0;  // sample at which the change began
+  std::size_t latest = 0;  // sample after which no change began
 };
 // Of the record, for an alarm at sample `alarm`.
 TellingStretch telling_stretch(const numeric::LoopRecord& record, const plant::LoopModel& twin,

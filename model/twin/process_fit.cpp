@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <string_view>
 #include <utility>
 
@@ -13,8 +14,8 @@
 #include "model/estimator/constants.hpp"
 #include "model/estimator/judgement.hpp"
 #include "model/estimator/population.hpp"
+#include "model/gap/model_run.hpp"
 #include "model/numeric/statistics.hpp"
-#include "model/twin/error_left.hpp"
 
 namespace loopwarden::twin {
 namespace {
@@ -81,10 +82,6 @@ class Linearised {
   std::vector<double> first_error() const { return std::vector<double>(none_.layout().size, 0.4); }
   std::vector<double> pv(const std::vector<double>& z, const Solution& solution) const {
     return likelihood_.simulate(none_, z, solution, record_.observed.pv.size());
-  }
-  estimator::ErrorSize error(const std::vector<double>& z) const {
-    const estimator::Point point = none_.at(z);
-    return likelihood_.errors().size_at(likelihood_.errors().index(point.disturbance, point.law));
   }
 
  private:
@@ -180,11 +177,10 @@ ProcessFit fit_of(const FittedRecord& record, const Linearised& at, LoopModel mo
                  .posterior = {},
                  .log_likelihood = solution.log_likelihood,
                  .parts = estimator::parts_of(solution),
-                 .pv = at.pv(z, solution),
-                 .error = at.error(z)};
+                 .pv = at.pv(z, solution)};
   out.posterior = posterior_of(out.model, solution);
-  const gap::Misfit left =
-      error_left(record.observed.pv, out.pv, record.observed.used, record.fitted, record.noise_rms);
+  const gap::Misfit left = gap::misfit_of(record.observed.pv, out.pv, record.observed.used,
+                                          record.fitted, record.noise_rms);
   out.training_rmse = left.training_rmse;
   out.holdout_rmse = left.holdout_rmse;
   return out;
@@ -206,6 +202,40 @@ double flow_at(const LoopModel& model, const EffectSpec* curve, double x) {
                                        .output_low = pid.output_low,
                                        .output_high = pid.output_high})
       .reset(x);
+}
+
+// Travels of the points of a table: most where CO was, at equal lengths of arc of the curve, and some
+// beyond, where the table continues the curve.
+std::vector<double> places(double from, double to, const control::PidSettings& pid,
+                           const std::function<double(double)>& flow) {
+  constexpr std::size_t kBeyond = 3;  // points on each side
+  constexpr std::size_t kInside = effects::ValveCharacteristic::kMostPoints - 2 * kBeyond;
+  constexpr std::size_t kSteps = 400;
+  const double rise = std::max(flow(to) - flow(from), 1e-9);
+  std::vector<double> arc{0.0};
+  const auto at = [&](std::size_t i) {
+    return from + (to - from) * static_cast<double>(i) / static_cast<double>(kSteps);
+  };
+  for (std::size_t i = 1; i <= kSteps; ++i) {
+    arc.push_back(arc.back() + std::hypot(1.0 / static_cast<double>(kSteps),
+                                          (flow(at(i)) - flow(at(i - 1))) / rise));
+  }
+  // Closer to each other near where CO was.
+  const auto beyond = [](std::size_t i) {
+    return static_cast<double>(i * i) / static_cast<double>(kBeyond * kBeyond);
+  };
+  std::vector<double> out;
+  for (std::size_t i = kBeyond; i > 0; --i) {
+    out.push_back(from + (pid.output_low - from) * beyond(i));
+  }
+  for (std::size_t i = 0; i < kInside; ++i) {
+    const double length =
+        arc.back() * static_cast<double>(i) / static_cast<double>(kInside - 1) - 1e-12;
+    out.push_back(at(
+        static_cast<std::size_t>(std::lower_bound(arc.begin(), arc.end(), length) - arc.begin())));
+  }
+  for (std::size_t i = 1; i <= kBeyond; ++i) out.push_back(to + (pid.output_high - to) * beyond(i));
+  return out;
 }
 
 }  // namespace
@@ -303,7 +333,6 @@ ProcessFit bend_characteristic(const FittedRecord& record, const ProcessFit& fit
   std::sort(travel.begin(), travel.end());
   const double from = travel[travel.size() / 100];
   const double to = travel[travel.size() - 1 - travel.size() / 100];
-  constexpr std::size_t kInside = effects::ValveCharacteristic::kMostPoints - 2;
   const auto add = [&](double x) {
     double q = flow_at(bent, law, x);
     const double given = q;
@@ -315,11 +344,9 @@ ProcessFit bend_characteristic(const FittedRecord& record, const ProcessFit& fit
       table.table.emplace_back(x, q);
     }
   };
-  add(pid.output_low);
-  for (std::size_t i = 0; i < kInside; ++i) {
-    add(from + (to - from) * static_cast<double>(i) / (static_cast<double>(kInside) - 1.0));
+  for (const double x : places(from, to, pid, [&](double x) { return flow_at(bent, law, x); })) {
+    add(x);
   }
-  add(pid.output_high);
   if (table.table.size() < 3) return fit;
   if (curve != bent.valve_effects.end()) {
     *curve = std::move(table);
@@ -328,7 +355,7 @@ ProcessFit bend_characteristic(const FittedRecord& record, const ProcessFit& fit
   }
   ProcessFit out = fit_process(record, bent);
   const bool better = explains_more(out, fit, kLimits.further_lead, kLimits.least_t) &&
-                      out.holdout_rmse < fit.holdout_rmse;
+                      (record.fitted == samples || out.holdout_rmse < fit.holdout_rmse);
   return better ? out : fit;
 }
 
@@ -364,12 +391,12 @@ double disturbance_of(const FittedRecord& record, const std::vector<double>& pv)
   const estimator::Observed& observed = record.observed;
   double least = std::numeric_limits<double>::infinity();
   double gain = 0.0;
-  for (double tried = 0.0; tried < 0.6; tried = tried == 0.0 ? 1e-5 : 1.4 * tried) {
+  for (double tried = 0.0; tried < 0.6; tried = tried == 0.0 ? 1e-5 : 1.1 * tried) {
     double level = 0.0;
     double squares = 0.0;
     double seen = 1.0;
     double counted = 0.0;
-    for (std::size_t k = 0; k < pv.size(); ++k) {
+    for (std::size_t k = 0; k < record.fitted; ++k) {
       if (!observed.used[k]) continue;
       const double e = observed.pv[k] - pv[k] - level;
       seen += 1.0;

@@ -17,7 +17,6 @@
 #include <vector>
 
 #include "model/estimator/blocks.hpp"
-#include "model/estimator/error_filter.hpp"
 #include "model/plant/loop_model.hpp"
 
 namespace loopwarden::twin {
@@ -28,7 +27,6 @@ struct ProcessFit {
   double log_likelihood = 0.0;  // nats
   std::vector<double> parts;    // of it, by part of the record
   std::vector<double> pv;       // free run of the whole record, PV units
-  estimator::ErrorSize error;   // disturbance and error of the law
   double training_rmse = 0.0;   // PV units, of the fitted samples
   double holdout_rmse = 0.0;    // PV units, of the others
 };
@@ -62,8 +60,9 @@ ProcessFit bend_characteristic(const FittedRecord& record, const ProcessFit& fit
 ProcessFit add_friction(const FittedRecord& record, const ProcessFit& fit, double most,
                         double& percent);
 
-// Intensity of the random disturbance that explains the error of a free run beside the noise,
-// PV units per root second: the Kalman filter of a random walk with the least prediction error.
+// Intensity of the random disturbance that explains the error of a free run beside the noise over
+// the fitted part, PV units per root second: the Kalman filter of a random walk with the least
+// prediction error.
 double disturbance_of(const FittedRecord& record, const std::vector<double>& pv);
 
 }  // namespace loopwarden::twin

@@ -34,7 +34,7 @@ class ValveCharacteristic {
  public:
   static constexpr bool kActsOnFlow = true;
   enum class Curve : std::uint8_t { linear, equal_percentage, quick_opening, butterfly, table };
-  static constexpr std::size_t kMostPoints = 16;
+  static constexpr std::size_t kMostPoints = 20;
   struct Parameters {
     Curve curve = Curve::linear;
     double rangeability = 30.0;

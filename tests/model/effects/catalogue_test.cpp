@@ -348,9 +348,9 @@ TEST_CASE("a table of a characteristic rises and is of a size that fits", "[effe
   CHECK(with({{0.0, 0.0}, {kNan, 2.0}}) == "table");
   CHECK(with({{0.0, 0.0}, {5.0, kInfinity}}) == "table");
   std::vector<std::pair<double, double>> points;
-  for (int i = 0; i < 16; ++i) points.emplace_back(i, 2 * i);
+  for (int i = 0; i < 20; ++i) points.emplace_back(i, 2 * i);
   CHECK(with(points) == "none");
-  points.emplace_back(16.0, 32.0);
+  points.emplace_back(20.0, 40.0);
   CHECK(with(points) == "table");
   spec.options["curve"] = "butterfly";
   CHECK(with({{0.0, 0.0}, {5.0, 2.0}}) == "table");

@@ -72,6 +72,27 @@ gap::ControllerFinding square_wave(double kp, double amplitude, double beside = 
 
 }  // namespace
 
+TEST_CASE("a record that begins at a limit of CO shows no other settings", "[gap][controller]") {
+  plant::LoopModel model = test::believed_model();
+  model.controller.pid.gains.kp = 0.9;
+  model.controller.pid.gains.ki = 0.02;
+  numeric::LoopRecord record{.period_s = model.sample_time_s, .pv = {}, .sp = {}, .co = {}};
+  for (int k = 0; k < 1300; ++k) {
+    const double wave = k / 50 % 2 == 0 ? 1.5 : -1.5;
+    record.sp.push_back(k >= 50 && k < 150 ? -1.0 : 5.0 + wave);
+    record.pv.push_back(5.0 + 0.05 * std::sin(0.3 * k));
+  }
+  record.co =
+      gap::replay_controller(model.controller.pid, record.period_s, record.sp, record.pv, 5.0);
+  record = record.part(100, record.size());
+  REQUIRE(record.co.front() == 0.0);
+  const gap::ControllerFinding found = gap::compare_controller(record, model);
+  REQUIRE(found.compared);
+  CHECK_FALSE(found.mismatch);
+  CHECK_FALSE(found.unexplained);
+  CHECK(found.before_rmse < 0.02);
+}
+
 TEST_CASE("settings nearer than 3 % are the model's own", "[gap][controller]") {
   CHECK_FALSE(square_wave(1.02, 1.5).mismatch);
   CHECK(square_wave(1.045, 1.5).mismatch);

@@ -144,4 +144,14 @@ TEST_CASE("a step, a ramp back and a drop to another level are no spikes", "[gap
   CHECK(gap::find_spikes(pv, 0.1, 10).count == 0);
 }
 
+TEST_CASE("a PV that jumps between two levels has no spikes, however short some stays are",
+          "[gap][reading]") {
+  std::vector<double> pv;
+  for (const unsigned stay : {100U, 4U, 80U, 60U, 120U, 90U, 5U, 70U, 60U, 110U, 140U, 75U, 66U}) {
+    pv.insert(pv.end(), stay, pv.empty() || pv.back() > 5.0 ? 4.5 : 5.5);
+  }
+  CHECK(gap::find_spikes(pv, 0.1, 10).count == 0);
+  CHECK(gap::find_spikes(pv, 0.1, 200).count > 3);
+}
+
 }  // namespace reading_test

@@ -5,6 +5,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <string>
+#include <vector>
 
 #include "model/twin/explain.hpp"
 #include "model/twin/detectability.hpp"
@@ -124,12 +125,12 @@ plant::LoopModel twin_model() {
   return twin;
 }
 
-// The healthy loop, and after `fault` seconds the other one.
-numeric::LoopRecord changed_at(const plant::ScheduledFault& fault, double seconds,
+// The healthy loop with faults that begin later.
+numeric::LoopRecord changed_at(const std::vector<plant::ScheduledFault>& faults, double seconds,
                                double gain_factor = 1.0) {
   plant::LoopModel truth = test::believed_model();
   truth.process.gain *= gain_factor;
-  truth.scenario.faults = {fault};
+  truth.scenario.faults = faults;
   numeric::LoopRecord record{.period_s = 0.1, .pv = {}, .sp = {}, .co = {}};
   truth.transmitter.noise = 0.015;
   truth.scenario.set_point = {{0.0, 4.0}};
@@ -165,16 +166,16 @@ plant::ScheduledFault gain_change(double factor) {
 TEST_CASE(
     "the twin's watch is silent while the plant stays within its uncertainty, and on after that",
     "[commission][twin]") {
-  CHECK(comes_on_s(changed_at(gain_change(1.0), 1200.0)) == 0.0);
-  CHECK(comes_on_s(changed_at(gain_change(1.0), 1200.0, 1.02)) == 0.0);
-  const double at_s = comes_on_s(changed_at(gain_change(1.4), 600.0));
+  CHECK(comes_on_s(changed_at({gain_change(1.0)}, 1200.0)) == 0.0);
+  CHECK(comes_on_s(changed_at({gain_change(1.0)}, 1200.0, 1.02)) == 0.0);
+  const double at_s = comes_on_s(changed_at({gain_change(1.4)}, 600.0));
   CHECK(at_s > 300.0);
   CHECK(at_s < 450.0);
 }
 
 TEST_CASE("neither an outlier nor a missing PV is a gap, and a gap in CO restarts the watch",
           "[commission][twin]") {
-  numeric::LoopRecord record = changed_at(gain_change(1.0), 300.0);
+  numeric::LoopRecord record = changed_at({gain_change(1.0)}, 300.0);
   record.pv[1500] = 9.0;
   for (std::size_t k = 2000; k < 2100; ++k) record.pv[k] = std::nan("");
   CHECK(comes_on_s(record) == 0.0);
@@ -191,7 +192,7 @@ TEST_CASE("neither an outlier nor a missing PV is a gap, and a gap in CO restart
 
 TEST_CASE("a condition raised before a restart clears if the loop is as commissioned",
           "[commission][twin]") {
-  const numeric::LoopRecord record = changed_at(gain_change(1.0), 1100.0);
+  const numeric::LoopRecord record = changed_at({gain_change(1.0)}, 1100.0);
   watch::TwinWatch watch(twin_model());
   watch.restore(true);
   watch.add(record.pv[0], record.co[0]);
@@ -203,11 +204,11 @@ TEST_CASE("a condition raised before a restart clears if the loop is as commissi
 TEST_CASE(
     "an explanation examines the data after the change, names it, and gives the alarm its name",
     "[commission][explain][long]") {
-  const numeric::LoopRecord record = changed_at(gain_change(1.4), 900.0);
+  const numeric::LoopRecord record = changed_at({gain_change(1.4)}, 900.0);
   const auto alarm = static_cast<std::size_t>(450.0 / 0.1);
   const twin::TellingStretch telling = twin::telling_stretch(record, twin_model(), alarm, {});
   const gap::SampleRange stretch = telling.range;
-  CHECK(telling.likeliest >= stretch.begin);
+  CHECK(telling.latest >= stretch.begin);
   CHECK(record.seconds_at(stretch.begin) == Approx(300.0).margin(45.0));
   CHECK(stretch.end > alarm);
   const twin::Explanation e = twin::explain(record, twin_model(), alarm, {}, test::serial);
@@ -237,6 +238,39 @@ TEST_CASE(
   CHECK(!twin::final_name(other, AlarmKind::hysteresis));
   other.result.effects[0].spec = {"leakage", {{"flow", 0.4}}};
   CHECK(twin::final_name(other, AlarmKind::stiction) == AlarmKind::unknown);
+}
+
+TEST_CASE("two changes at once are both named", "[commission][explain][long]") {
+  const plant::ScheduledFault backlash{.effect = {"backlash", {{"deadband", 0.5}}},
+                                       .block = effects::Block::valve,
+                                       .schedule = {.from_s = 300.0}};
+  const numeric::LoopRecord record = changed_at({gain_change(0.75), backlash}, 900.0);
+  const auto alarm = static_cast<std::size_t>(400.0 / 0.1);
+  const twin::Explanation e = twin::explain(record, twin_model(), alarm, {}, test::serial);
+  REQUIRE(e.result.effects.size() == 2);
+  for (const gap::FoundEffect& effect : e.result.effects) {
+    const bool is_gain = effect.spec.name == "gain_change";
+    CHECK((is_gain || effect.spec.name == "backlash"));
+    CHECK(effect.spec.parameters.at(is_gain ? "factor" : "deadband") ==
+          Approx(is_gain ? 0.75 : 0.5).epsilon(0.05));
+  }
+  CHECK(record.seconds_at(e.at) == Approx(300.0).margin(45.0));
+}
+
+TEST_CASE("a change that no effect explains gets no name", "[commission][explain][long]") {
+  numeric::LoopRecord record = changed_at({gain_change(1.0)}, 900.0);
+  // A sine that becomes faster.
+  for (std::size_t k = 3000; k < record.size(); ++k) {
+    const double t = record.seconds_at(k) - 300.0;
+    record.pv[k] += 0.4 * std::sin((0.05 + 0.001 * t) * t);
+  }
+  const auto alarm = static_cast<std::size_t>(400.0 / 0.1);
+  const twin::Explanation e = twin::explain(record, twin_model(), alarm, {}, test::serial);
+  REQUIRE(e.usable());
+  CHECK(e.result.outcome == gap::Outcome::unexplained);
+  CHECK(e.result.effects.empty());
+  CHECK(!twin::final_name(e, alarm::AlarmKind::stiction));
+  CHECK(e.result.sentence == "The loop differs from its twin, and no effect explains how.");
 }
 
 TEST_CASE("a change of the controller is not named in a loop that the daemon controls",
@@ -275,7 +309,7 @@ TEST_CASE("windows of a twin have its noise and the set-point moves of its scena
 
 TEST_CASE("outside the range of the healthy record, the twin's watch does not judge",
           "[commission][twin]") {
-  const numeric::LoopRecord changed = changed_at(gain_change(1.4), 600.0);
+  const numeric::LoopRecord changed = changed_at({gain_change(1.4)}, 600.0);
   plant::LoopModel twin = twin_model();
   const auto on = [&] {
     watch::TwinWatch watch(twin);
@@ -292,7 +326,7 @@ TEST_CASE("outside the range of the healthy record, the twin's watch does not ju
 
 TEST_CASE("a watch that begins in the middle of a move takes it for no change",
           "[commission][twin]") {
-  const numeric::LoopRecord record = changed_at(gain_change(1.0), 600.0);
+  const numeric::LoopRecord record = changed_at({gain_change(1.0)}, 600.0);
   const plant::LoopModel twin = twin_model();
   for (std::size_t begin = 190; begin < 260; begin += 10) {  // SP moves at 20 s
     watch::TwinWatch watch(twin);
@@ -307,7 +341,7 @@ TEST_CASE("a watch that begins in the middle of a move takes it for no change",
 }
 
 TEST_CASE("a few missing cycles don't restart the watch", "[commission][twin]") {
-  const numeric::LoopRecord record = changed_at(gain_change(1.4), 600.0);
+  const numeric::LoopRecord record = changed_at({gain_change(1.4)}, 600.0);
   const plant::LoopModel twin = twin_model();
   watch::LoopMonitor watched({.sample_time_s = 0.1, .pv_high = 10.0, .co_high = 10.0}, {}, nullptr,
                              &twin);
