@@ -38,7 +38,7 @@ class Obstacle {
 
 const std::vector<std::string> kSockets{"control.sock", "status.sock", "page.sock", "edge.sock",
                                         "feed.sock"};
-const std::vector<std::string> kFiles{"metrics.prom", "journal.sqlite",  "alarm-state.json",
+const std::vector<std::string> kFiles{"metrics.prom", "journal.sqlite", "alarm-state.json",
                                       "last-orders.json", "segments/FIC-101/0000000001.lwseg"};
 
 std::string daemon_yaml() {
@@ -70,17 +70,16 @@ TEST_CASE("the loops run although optional parts fail at the start, and the part
   }
   daemon.start(std::vector<std::string>{});
   // Printed after every loop has run once.
-  REQUIRE(test::eventually(
-      [&] { return daemon.log().find("running 1 loop") != std::string::npos; }));
+  REQUIRE(
+      test::eventually([&] { return daemon.log().find("running 1 loop") != std::string::npos; }));
   for (const std::string& name : broken) {
     if (name.ends_with(".sock")) CHECK_THAT(daemon.log(), Catch::Contains(name));
   }
   obstacles.clear();
   REQUIRE(test::eventually([&] { return daemon.answers(); }));
   const auto cycles = daemon.status().at("daemon").at("ticks").get<std::uint64_t>();
-  CHECK(test::eventually([&] {
-    return daemon.status().at("daemon").at("ticks").get<std::uint64_t>() > cycles;
-  }));
+  CHECK(test::eventually(
+      [&] { return daemon.status().at("daemon").at("ticks").get<std::uint64_t>() > cycles; }));
   for (const std::string& name : kSockets) {
     CHECK(test::eventually([&] { return fs::is_socket(daemon.folder() / name); }));
   }
