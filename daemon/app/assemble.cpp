@@ -126,29 +126,25 @@ Assembly::Assembly(config::Configuration from_files, const std::filesystem::path
       alarms(watched_loops(configuration), configuration.daemon.alarms.settings, journal,
              base::utc_ms),
       box_alarms(configuration.daemon.alarms.settings, journal, base::utc_ms),
-      box_looker({.disk =
-                      [state = configuration.daemon.state_directory,
-                       certificates = configuration.daemon.certificates] {
-                        return host::look_at_disk(state, certificates);
-                      },
-                  .status = [this] { return status_of(*this); },
-                  .dropped = [this] { return historian.dropped(); },
-                  .missing_address =
-                      [this] {
-                        const bool missing = modbus && !modbus->gateway.has_address();
-                        return missing ? configuration.daemon.modbus_server->address
-                                       : std::string();
-                      },
-                  .failed_parts =
-                      [this] {
-                        std::vector<std::string> all = control.problems();
-                        for (std::string why : {readers.problem(), elsewhere.problem()}) {
-                          if (!why.empty()) all.push_back(std::move(why));
-                        }
-                        return all;
-                      },
-                  .write_budget_b = write_budget_b(configuration)},
-                 box_alarms),
+      box_looker(
+          {.disk =
+               [state = configuration.daemon.state_directory,
+                certificates = configuration.daemon.certificates] {
+                 return host::look_at_disk(state, certificates);
+               },
+           .status = [this] { return status_of(*this); },
+           .dropped = [this] { return historian.dropped(); },
+           .failed_parts =
+               [this] {
+                 std::vector<std::string> all = control.problems();
+                 for (std::string why : {readers.problem(), elsewhere.problem(),
+                                         modbus ? modbus->gateway.problem() : std::string()}) {
+                   if (!why.empty()) all.push_back(std::move(why));
+                 }
+                 return all;
+               },
+           .write_budget_b = write_budget_b(configuration)},
+          box_alarms),
       reports({.program = workbench_program(),
                .folder = std::filesystem::path(configuration.daemon.state_directory) / "reports",
                .socket =

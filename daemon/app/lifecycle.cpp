@@ -79,8 +79,9 @@ void App::start() {
   parts_.keeper->start();
   // The registers have values from here on.
   if (parts_.modbus) {
+    const std::uint16_t port = parts_.modbus->gateway.port();
+    if (port != 0) spdlog::info("Modbus server at port {}", port);
     parts_.modbus->gateway.start();
-    spdlog::info("Modbus server at port {}", parts_.modbus->gateway.port());
   }
   watch_threads();
   const std::size_t loops = parts_.loops.all().size();

@@ -32,7 +32,7 @@ struct GatewaySettings {
 
 class Gateway {
  public:
-  // Listens at once, serves from start() on. Throws std::runtime_error.
+  // Listens at once, serves from start() on.
   Gateway(const GatewaySettings& settings, LoopsView& loops, base::Clock& clock);
   Gateway(const Gateway&) = delete;
   Gateway& operator=(const Gateway&) = delete;
@@ -45,8 +45,9 @@ class Gateway {
   void serve(std::chrono::milliseconds timeout);
 
   std::uint16_t port() const noexcept { return server_.port(); }
-  bool has_address() const { return server_.has_address(); }  // from any thread
-  TcpServerCounters counters() const;                         // from any thread
+  // Returns why no client can connect; empty: clients can. From any thread.
+  std::string problem() const { return server_.problem(); }
+  TcpServerCounters counters() const;  // from any thread
   std::optional<SerialServerCounters> serial_counters()
       const;                  // from any thread; nullopt without a serial line
   ServerState state() const;  // from any thread; state of the last round

@@ -15,8 +15,9 @@
 #include <cerrno>
 #include <cstring>
 #include <stdexcept>
-#include <system_error>
 #include <utility>
+
+#include "base/file.hpp"
 
 namespace loopwarden::daemon::gateway {
 namespace {
@@ -28,10 +29,6 @@ constexpr int kSocketBuffer = 16 * 1024;  // bytes
 constexpr std::chrono::milliseconds kThrottlePause{10};
 constexpr std::int64_t kAcceptPauseNs = 500'000'000;
 constexpr std::uint8_t kNoSuchUnit = 0x0B;  // gateway target device failed to respond
-
-std::runtime_error failure(const std::string& what, int error) {
-  return std::runtime_error(what + ": " + std::generic_category().message(error));
-}
 
 std::string peer_name(const sockaddr_storage& address) {
   std::array<char, INET6_ADDRSTRLEN> text{};
@@ -73,48 +70,64 @@ TcpServer::TcpServer(TcpServerSettings settings, base::PeerList peers, base::Clo
     : settings_(std::move(settings)),
       peers_(std::move(peers)),
       clock_(clock),
-      answer_(std::move(answer)) {
+      answer_(std::move(answer)),
+      opening_(fmt::format("Modbus server at {} port {}", settings_.address, settings_.port)) {
+  clients_.reserve(settings_.most_clients);
   if (settings_.listener >= 0) {
     // A socket from the service manager may use a port for which this process has no rights.
-    listener_ = settings_.listener;
-    fcntl(listener_, F_SETFL, fcntl(listener_, F_GETFL) | O_NONBLOCK);
-    fcntl(listener_, F_SETFD, FD_CLOEXEC);
+    fcntl(settings_.listener, F_SETFL, fcntl(settings_.listener, F_GETFL) | O_NONBLOCK);
+    fcntl(settings_.listener, F_SETFD, FD_CLOEXEC);
+    take_listener(settings_.listener);
   } else {
-    listen_at_address();
+    open();
   }
+}
+
+void TcpServer::open() {
+  if (listener_ >= 0) return;
+  opening_.run([this] { take_listener(listener_at_address()); },
+               base::RepeatedAttempt::Moment(std::chrono::nanoseconds(clock_.now_ns())));
+}
+
+void TcpServer::take_listener(int listener) {
+  listener_ = listener;
   sockaddr_storage bound{};
   socklen_t bound_length = sizeof bound;
   getsockname(listener_, reinterpret_cast<sockaddr*>(&bound), &bound_length);
   sockaddr_in any{};
   std::memcpy(&any, &bound, sizeof any);  // the port has the same offset for IPv4 and IPv6
   port_ = ntohs(any.sin_port);
-  clients_.reserve(settings_.most_clients);
 }
 
-void TcpServer::listen_at_address() {
-  const std::string where =
-      fmt::format("Modbus server at {} port {}", settings_.address, settings_.port);
+int TcpServer::listener_at_address() const {
   sockaddr_storage address{};
   const socklen_t length = parse(settings_.address, settings_.port, address);
-  if (length == 0) throw std::runtime_error(where + ": not a numeric address");
-  listener_ = socket(address.ss_family, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
-  if (listener_ < 0) throw failure(where, errno);
+  if (length == 0) throw std::runtime_error("not a numeric address");
+  const int listener = socket(address.ss_family, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+  if (listener < 0) throw std::runtime_error(base::error_text(errno));
   const int on = 1;
-  setsockopt(listener_, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
+  setsockopt(listener, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
   const auto* const raw = reinterpret_cast<const sockaddr*>(&address);
-  int bound = bind(listener_, raw, length);
+  int bound = bind(listener, raw, length);
   if (bound != 0 && errno == EADDRNOTAVAIL) {
-    spdlog::warn("{}: this host does not have the address yet", where);
+    spdlog::warn("Modbus server: this host does not have the address {} yet", settings_.address);
     const bool v4 = address.ss_family == AF_INET;
-    setsockopt(listener_, v4 ? IPPROTO_IP : IPPROTO_IPV6, v4 ? IP_FREEBIND : IPV6_FREEBIND, &on,
+    setsockopt(listener, v4 ? IPPROTO_IP : IPPROTO_IPV6, v4 ? IP_FREEBIND : IPV6_FREEBIND, &on,
                sizeof on);
-    bound = bind(listener_, raw, length);
+    bound = bind(listener, raw, length);
   }
-  if (bound != 0 || listen(listener_, SOMAXCONN) != 0) {
-    const int error = errno;
-    close(listener_);
-    throw failure(where, error);
+  if (bound != 0 || listen(listener, SOMAXCONN) != 0) {
+    const std::string why = base::error_text(errno);
+    close(listener);
+    throw std::runtime_error(why);
   }
+  return listener;
+}
+
+std::string TcpServer::problem() const {
+  std::string why = opening_.problem();
+  if (!why.empty() || has_address()) return why;
+  return "Modbus server: this host has no address " + settings_.address;
 }
 
 bool TcpServer::has_address() const {
@@ -131,10 +144,11 @@ bool TcpServer::has_address() const {
 
 TcpServer::~TcpServer() {
   for (const Client& client : clients_) close(client.fd);
-  close(listener_);
+  if (listener_ >= 0) close(listener_);
 }
 
 void TcpServer::serve(std::chrono::milliseconds timeout, int also) {
+  open();
   std::int64_t now_ns = clock_.now_ns();
   const bool accepts = now_ns >= accept_again_ns_;
   std::vector<pollfd> waiting{{listener_, static_cast<short>(accepts ? POLLIN : 0), 0}};

@@ -11,9 +11,12 @@
 // - A client above its request rate waits.
 // If all places are taken, a new client displaces a client that never sent a valid request. If
 // there is none, it displaces the one whose last request is oldest.
+//
+// A port that is in use is tried again every second, so that the loops run meanwhile.
 #pragma once
 
 #include <array>
+#include <atomic>
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
@@ -24,6 +27,7 @@
 #include "daemon/gateway/modbus_answer.hpp"
 #include "base/peer_list.hpp"
 #include "base/clock.hpp"
+#include "base/repeated_attempt.hpp"
 
 namespace loopwarden::daemon::gateway {
 
@@ -51,7 +55,7 @@ class TcpServer {
   using Answer = std::function<Reply(std::span<const std::uint8_t> request, const Peer& peer)>;
 
   // Starts listening. If the host does not have the address yet, connections work as soon as it
-  // has it. Throws std::runtime_error.
+  // has it. If the port can't be opened, serve() tries again.
   TcpServer(TcpServerSettings settings, base::PeerList peers, base::Clock& clock, Answer answer);
   TcpServer(const TcpServer&) = delete;
   TcpServer& operator=(const TcpServer&) = delete;
@@ -61,16 +65,20 @@ class TcpServer {
   // wait when it is readable; -1: none.
   void serve(std::chrono::milliseconds timeout, int also = -1);
 
-  std::uint16_t port() const noexcept { return port_; }
-  // Returns true if the host has the address that this server listens at. From any thread.
-  bool has_address() const;
+  // Returns 0 while the port is not open. From any thread.
+  std::uint16_t port() const noexcept { return port_.load(std::memory_order_relaxed); }
+  // Returns why no client can connect; empty: clients can. From any thread.
+  std::string problem() const;
   // All data that arrived before this time have been read. Exceptions are clients that wait for an
   // answer, are above their rate, or sent more than the server reads in a round.
   std::int64_t read_ns() const noexcept { return read_ns_; }
   const TcpServerCounters& counters() const noexcept { return counters_; }
 
  private:
-  void listen_at_address();
+  void open();
+  void take_listener(int listener);
+  int listener_at_address() const;
+  bool has_address() const;
   static constexpr std::size_t kMostFrame = 260;
   struct Client {
     int fd = -1;
@@ -102,10 +110,11 @@ class TcpServer {
   base::PeerList peers_;
   base::Clock& clock_;
   Answer answer_;
-  int listener_ = -1;
+  int listener_ = -1;  // -1: not open yet
+  base::RepeatedAttempt opening_;
   std::int64_t accept_again_ns_ = 0;
   std::int64_t read_ns_ = 0;
-  std::uint16_t port_ = 0;
+  std::atomic<std::uint16_t> port_{0};
   std::vector<Client> clients_;
   TcpServerCounters counters_;
 };

@@ -64,9 +64,6 @@ void HostJudge::judge_services(const BoxLook& look, std::optional<bool>& found, 
         "the state of the services is not known, because the system bus does not answer (package "
         "dbus)");
   }
-  if (!look.missing_address.empty()) {
-    all.push_back(fmt::format("Modbus server: this host has no address {}", look.missing_address));
-  }
   all.insert(all.end(), look.failed_parts.begin(), look.failed_parts.end());
   if (look.failed_services || !all.empty()) found = !all.empty();
   why = names(all);

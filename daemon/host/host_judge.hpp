@@ -40,7 +40,6 @@ struct BoxLook {
   std::vector<std::string> lost_feeders{};
   std::optional<std::vector<std::string>> failed_services{};  // nullopt: systemd can't be asked
   bool has_services = false;                // systemd runs, and a service is configured
-  std::string missing_address{};            // of the Modbus server; empty: the host has it
   std::vector<std::string> failed_parts{};  // of the daemon, each with its reason
   std::uint64_t dropped = 0;                // cycles since the start
   WriteRate writes{};

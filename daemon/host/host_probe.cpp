@@ -60,7 +60,6 @@ BoxLook HostProbe::look() {
                .journal_error = status.journal.error,
                .failed_services = failed_services(),
                .has_services = services_are_configured(),
-               .missing_address = sources_.missing_address(),
                .failed_parts = sources_.failed_parts(),
                .dropped = sources_.dropped(),
                .writes = writes(),

@@ -31,7 +31,6 @@ struct BoxSources {
   std::function<DiskLook()> disk;
   std::function<protocol::DaemonStatus()> status;
   std::function<std::uint64_t()> dropped;  // cycles for which recorder or monitor was too slow
-  std::function<std::string()> missing_address;  // of the Modbus server; empty: the host has it
   // sockets of the daemon that can't be opened, with the reason
   std::function<std::vector<std::string>()> failed_parts;
   double write_budget_b = 0.0;             // B per day; NaN: no limit

@@ -191,6 +191,13 @@ class Demo {
           "No alarms. {} cycles were late on this computer, and a window allows only a few.\n",
           status().daemon.skipped_ticks);
     }
+    if (misses_many_cycles()) {
+      fmt::print(
+          "This computer is too busy for the demonstration: {} cycles were missed. The figures are "
+          "not valid. Repeat it when the computer is idle.\n",
+          status().daemon.skipped_ticks);
+      return;
+    }
     const protocol::LoopAnswer loop = protocol::ask(daemon_, protocol::LoopRequest{loop_});
     if (!loop.status.incident || active_.empty()) return;
     const protocol::Incident& incident = *loop.status.incident;
@@ -214,6 +221,13 @@ class Demo {
 
  private:
   protocol::Status status() { return protocol::ask(daemon_, protocol::StatusRequest{}); }
+
+  // Explanations of a record with as many gaps are not true.
+  bool misses_many_cycles() {
+    constexpr double kMostMissed = 0.01;  // of the cycles
+    const protocol::DaemonStatus now = status().daemon;
+    return static_cast<double>(now.skipped_ticks) > kMostMissed * static_cast<double>(now.ticks);
+  }
 
   // With --json, standard output carries only the result.
   void say(const std::string& line) const {

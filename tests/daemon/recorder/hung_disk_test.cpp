@@ -356,7 +356,6 @@ TEST_CASE(
                                 return status;
                               },
                           .dropped = [&] { return dropped++; },
-                          .missing_address = [] { return std::string(); },
                           .failed_parts = [] { return std::vector<std::string>{}; },
                           .period = milliseconds(20)},
                          bench.box_alarms);
