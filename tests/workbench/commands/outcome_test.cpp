@@ -39,7 +39,7 @@ class Site {
     write_file(folder_ / "rules.yaml", kRules);
     const record::Record calm = simulated("", 1);
     const record::Record sticky =
-        simulated("valve:\n  effects:\n    - {effect: stiction, s: 5, j: 2}\n", 2);
+        simulated("valve:\n  effects:\n    - {effect: stiction, s: 5, j: 3.5}\n", 2);
     std::string text = "Timestamp,FT1,FV1,FIC1.W,FIC1.BA,FT2,FV2,FIC2.W,FIC2.BA,Comment\n";
     for (std::size_t k = 0; k < calm.size(); ++k) {
       char row[200];
