@@ -39,7 +39,7 @@ class Site {
     write_file(folder_ / "rules.yaml", kRules);
     const record::Record calm = simulated("", 1);
     const record::Record sticky =
-        simulated("valve:\n  effects:\n    - {effect: stiction, s: 5, j: 3.5}\n", 2);
+        simulated("valve:\n  effects:\n    - {effect: stiction, s: 5, j: 2}\n", 2);
     std::string text = "Timestamp,FT1,FV1,FIC1.W,FIC1.BA,FT2,FV2,FIC2.W,FIC2.BA,Comment\n";
     for (std::size_t k = 0; k < calm.size(); ++k) {
       char row[200];
@@ -120,12 +120,18 @@ TEST_CASE("the fitter's finding is kept, shown by the next survey, and exported 
   const Site site;
   REQUIRE(loopwarden(site.survey()).exit_code == 0);
   const std::string at = " --survey " + site.path("s");
+  // A band with a small jump: this test does not depend on its name.
+  std::string name;
+  for (const json& loop : read_json(site.folder() / "s/survey.json")["loops"]) {
+    if (loop["tag"] == "FIC2") name = loop["effects"].at(0)["name"];
+  }
+  REQUIRE((name == "stiction" || name == "backlash"));
   CHECK_THAT(loopwarden("outcome --list" + at).text, Contains("no answers yet"));
   const ShellOutcome answered =
       loopwarden("outcome fic2 --found stiction --note \"packing, tight\"" + at);
   INFO(answered.text);
   REQUIRE(answered.exit_code == 0);
-  CHECK_THAT(answered.text, Contains("FIC2: stiction found; the survey's finding: stiction"));
+  CHECK_THAT(answered.text, Contains("FIC2: stiction found; the survey's finding: " + name));
   REQUIRE(loopwarden("outcome FIC1 --found nothing" + at).exit_code == 0);
   const ShellOutcome wrong = loopwarden("outcome FIC22 --found air" + at);
   CHECK(wrong.exit_code == 65);
@@ -157,7 +163,7 @@ TEST_CASE("the fitter's finding is kept, shown by the next survey, and exported 
   INFO(exported.text);
   REQUIRE(exported.exit_code == 0);
   const std::string labels = read_file(site.folder() / "a/labels.csv");
-  CHECK_THAT(labels, Contains("record-0002.csv,nothing,flow,valve_effect,stiction,"));
+  CHECK_THAT(labels, Contains("record-0002.csv,nothing,flow,valve_effect," + name + ","));
   const record::Record r = record::read_record(site.folder() / "a/record-0002.csv");
   CHECK(r.time_s.front() == 0.0);
   CHECK(r.size() == 3601);
