@@ -300,8 +300,7 @@ ControllerFinding compare_controller(const LoopRecord& record, const plant::Loop
       std::abs(ki - settings.gains.ki) > kSameSettings * std::max(settings.gains.ki, 1e-12);
   const double proof_before = replay.apart_in_proof(found.before);
   found.mismatch = other_settings && other.apart < kSettingsLeave * found.training_rmse_before &&
-                   proof_before >= least &&
-                   replay.apart_in_proof(after) < kSettingsLeave * proof_before;
+                   replay.apart_in_proof(after) < std::max(kSettingsLeave * proof_before, least);
   found.unexplained = !found.mismatch;
   if (found.unexplained) return found;
   found.kp = kp;

@@ -12,9 +12,8 @@
 //   T y' = PV - y in the place of PV     e - clamp(e, -D, D) in the place of e
 // and one of the two is found if it leaves next to nothing.
 //
-// Other settings are found only if the given ones miss CO by more than its rounding in the first two
-// thirds and in the last third, from any state of the integral at the start, and if the found ones
-// leave little in both.
+// Other settings are found only if the given ones miss CO by more than its rounding from any state
+// of the integral at the start, and if the found ones leave little in the last third, too.
 //
 // A difference that another anti-windup explains is reported as such and never as other settings.
 // What it can't do: filter and dead band together, set-point weighting, manual periods. The

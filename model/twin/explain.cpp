@@ -372,9 +372,13 @@ TellingStretch telling_stretch(const numeric::LoopRecord& record, const plant::L
     leading = watch.leading();
   }
   std::optional<ChangeMoment> moment;
-  if (watch.on()) moment = where_changed(seen.changes[static_cast<std::size_t>(leading)]);
-  if (!watch.on() && controller.on()) moment = where_retuned(seen.controller);
-  const std::size_t latest = stretch.begin + (moment ? moment->latest : 0);
+  // A watch that starts later than the one that raised the alarm may be below its limit.
+  if (!watch.on() && controller.on()) {
+    moment = where_retuned(seen.controller);
+  } else {
+    moment = where_changed(seen.changes[static_cast<std::size_t>(leading)]);
+  }
+  const std::size_t latest = moment ? stretch.begin + moment->latest : alarm;
   if (moment) stretch.begin += moment->earliest;
   // What came before the alarm may be too little to tell: then the minutes behind it are waited
   // for.
