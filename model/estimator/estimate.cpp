@@ -400,7 +400,10 @@ class Estimator {
       left.push_back(errors_of(runs.back()).training);
     }
     const double most = kAsGood * *std::min_element(left.begin(), left.end());
-    out.population.best = middle_of(law, out.population.members, left, most);
+    out.population.best =
+        law.sticking() != Hypothesis::npos
+            ? middle_of(law, out.population.members, left, most)
+            : static_cast<std::size_t>(std::min_element(left.begin(), left.end()) - left.begin());
     likelihood_.of(law, out.population.top().z, work, &out.solution);
     const std::vector<double>& shown = runs[out.population.best];
     double sum = 0.0;
@@ -414,8 +417,8 @@ class Estimator {
     return {std::move(out), count > 0 ? std::sqrt(sum / static_cast<double>(count)) : 0.0};
   }
 
-  // Of members that fit the record as well, the one in the middle of their range: friction varies,
-  // so it has the largest margin for slips that are not fitted.
+  // Of sticking members that fit the record as well, the one in the middle of their range: friction
+  // varies, so it has the largest margin for slips that are not fitted.
   static std::size_t middle_of(const Hypothesis& law, const std::vector<Member>& members,
                                const std::vector<double>& error, double most) {
     const std::size_t own = law.layout().own;

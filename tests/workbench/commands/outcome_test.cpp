@@ -125,6 +125,7 @@ TEST_CASE("the fitter's finding is kept, shown by the next survey, and exported 
   for (const json& loop : read_json(site.folder() / "s/survey.json")["loops"]) {
     if (loop["tag"] == "FIC2") name = loop["effects"].at(0)["name"];
   }
+  CAPTURE(name);
   REQUIRE((name == "stiction" || name == "backlash"));
   CHECK_THAT(loopwarden("outcome --list" + at).text, Contains("no answers yet"));
   const ShellOutcome answered =
