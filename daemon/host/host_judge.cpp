@@ -65,7 +65,7 @@ void HostJudge::judge_services(const BoxLook& look, std::optional<bool>& found, 
         "dbus)");
   }
   all.insert(all.end(), look.failed_parts.begin(), look.failed_parts.end());
-  if (look.failed_services || !all.empty()) found = !all.empty();
+  found = !all.empty();
   why = names(all);
 }
 

@@ -112,7 +112,7 @@ TEST_CASE("feeders and services are named; without systemd no service is reporte
   CHECK(why(report, BoxAlarm::service_failed) == "loopwarden-page.service");
   HostJudge without_systemd;
   look.failed_services.reset();
-  CHECK_FALSE(without_systemd.judge(look).found[index_of(BoxAlarm::service_failed)]);
+  CHECK_FALSE(on(without_systemd.judge(look), BoxAlarm::service_failed));
 }
 
 TEST_CASE("a service that fails again and again is reported while it runs in between", "[box]") {
@@ -143,6 +143,8 @@ TEST_CASE("parts of the daemon that failed are named with their reason, also wit
   CHECK(on(judge.judge(look), BoxAlarm::service_failed));
   CHECK(why(judge.judge(look), BoxAlarm::service_failed) ==
         "control.sock: no room, feed.sock: no room");
+  look.failed_parts.clear();
+  CHECK_FALSE(on(judge.judge(look), BoxAlarm::service_failed));
 }
 
 TEST_CASE("cycles that were dropped before the start are not reported", "[box]") {
