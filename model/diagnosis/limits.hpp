@@ -85,7 +85,7 @@ struct DiagnosisLimits {
   static constexpr double kAgainstTime = 0.4;    // CO turns by time or with an external oscillation
   static constexpr double kNamedFrom = 4.0;      // nats
   static constexpr double kSeenFrom = 15.0;      // nats
-  static constexpr double kExplainedFrom = 0.0;  // of PV's variance, by the band in free run
+  static constexpr double kExplainedFrom = 0.5;  // of PV's variance, by the band in free run
   static constexpr double kStandsFrom = 0.4;     // standing, for the grade seen
   static constexpr double kNeverStands = 0.1;    // standing
   static constexpr double kDecidedFrom = 0.65;   // p

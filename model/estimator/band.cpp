@@ -172,7 +172,8 @@ class Piece {
     return -0.5 * informative_ * samples() * std::log(left / samples()) -
            (models_[error].oscillates ? Grid::kResonance : 0.0);
   }
-  // Returns the share of PV's variance that the point explains in free run.
+  // Returns the share of PV's variance that the point explains in free run, with the gain that fits
+  // best: a slip moves PV farther than the band does.
   double explained(const GridPoint& point) const;
 
   double period_;
@@ -214,15 +215,19 @@ double Piece::explained(const GridPoint& point) const {
   std::vector<float> stem, response;
   pass_valve(u_, static_cast<float>(point.band), point.side, stem);
   pass_process(stem, point.pole, rest_of(stem, point.pole), response);
-  Doubles pv(y_.size()), left(y_.size());
+  Doubles pv(y_.size()), moved(y_.size()), both(y_.size());
   for (std::size_t k = 0; k < y_.size(); ++k) {
     pv[k] = static_cast<double>(y_[k]);
-    const double moved = k < point.delay ? 0.0 : static_cast<double>(response[k - point.delay]);
-    left[k] = pv[k] - point.gain * moved;
+    moved[k] =
+        k < point.delay ? 0.0 : point.gain * static_cast<double>(response[k - point.delay]);
+    both[k] = pv[k] + moved[k];
   }
   const auto half = static_cast<std::size_t>(std::max(3.0, 0.75 * period_));
-  const double power = fast_power(pv, half);
-  return power > 0.0 ? 1.0 - fast_power(left, half) / power : 0.0;
+  const double of_pv = fast_power(pv, half);
+  const double of_moved = fast_power(moved, half);
+  if (!(of_pv > 0.0) || !(of_moved > 0.0)) return 0.0;
+  const double product = 0.5 * (fast_power(both, half) - of_pv - of_moved);
+  return product > 0.0 ? product * product / (of_pv * of_moved) : 0.0;
 }
 
 BandEvidence Piece::evidence() const {
