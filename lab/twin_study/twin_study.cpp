@@ -79,7 +79,7 @@ struct Scored {
   bool both = false;
 };
 
-// Error of the twin's prediction, over that of the plant itself: PV less the twin and a mean over 30
+// Error of the twin's prediction over that of the plant itself: PV less the twin and a mean over 30
 // answers. That mean leaves part of a disturbance, whose intensity is q, PV units per root second.
 double left_of(const plant::LoopModel& twin, const numeric::LoopRecord& record, double q) {
   constexpr double kForgets_s = 300.0;  // the disturbance of the cases

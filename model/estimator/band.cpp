@@ -218,8 +218,7 @@ double Piece::explained(const GridPoint& point) const {
   Doubles pv(y_.size()), moved(y_.size()), both(y_.size());
   for (std::size_t k = 0; k < y_.size(); ++k) {
     pv[k] = static_cast<double>(y_[k]);
-    moved[k] =
-        k < point.delay ? 0.0 : point.gain * static_cast<double>(response[k - point.delay]);
+    moved[k] = k < point.delay ? 0.0 : point.gain * static_cast<double>(response[k - point.delay]);
     both[k] = pv[k] + moved[k];
   }
   const auto half = static_cast<std::size_t>(std::max(3.0, 0.75 * period_));

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Finds whether a valve with a band slips by a jump (stiction) or follows without one (backlash).
 //
-//   log odds = log of the mean likelihood of the jumps in kJumps, with and without rest after a slip
+//   log odds = log of the mean likelihood of the jumps kJumps, with and without rest after a slip
 //            - log of the likelihood without a jump
 //
 // Equations, symbols and sources: docs/math/band.md. Errors: no exceptions.
