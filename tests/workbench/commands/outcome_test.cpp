@@ -122,7 +122,8 @@ TEST_CASE("the fitter's finding is kept, shown by the next survey, and exported 
   const std::string at = " --survey " + site.path("s");
   // A band with a small jump: this test does not depend on its name.
   std::string name;
-  for (const json& loop : read_json(site.folder() / "s/survey.json")["loops"]) {
+  const json judged = read_json(site.folder() / "s/survey.json");
+  for (const json& loop : judged["loops"]) {
     if (loop["tag"] == "FIC2") name = loop["effects"].at(0)["name"];
   }
   CAPTURE(name);
@@ -155,8 +156,8 @@ TEST_CASE("the fitter's finding is kept, shown by the next survey, and exported 
   // A rejected finding is suppressed.
   REQUIRE(loopwarden("outcome FIC2 --found nothing" + at).exit_code == 0);
   REQUIRE(loopwarden(site.survey() + " --outcomes " + site.path("s/outcomes.csv")).exit_code == 0);
-  for (const json& loop : read_json(site.folder() / "s/survey.json")["loops"])
-    CHECK(loop["held_back"] == (loop["tag"] == "FIC2"));
+  const json rejected = read_json(site.folder() / "s/survey.json");
+  for (const json& loop : rejected["loops"]) CHECK(loop["held_back"] == (loop["tag"] == "FIC2"));
   CHECK(loopwarden(site.survey() + " --outcomes " + site.path("none.csv")).exit_code == 74);
 
   const std::string from = " --from " + site.path("e.csv") + " --rules " + site.path("rules.yaml");
