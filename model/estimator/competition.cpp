@@ -274,17 +274,17 @@ class Competitors {
     }
   }
 
-  // A valve law with two parameters of its own is scanned over both: the likelihood of a drive with
-  // a band has several maxima, and few members find only one of them.
-  void scan_valve(const Hypothesis& hypothesis, Start& start) const {
+  // Scans two parameters of a law together, if its likelihood has several maxima of which few
+  // members find only one: band and rate of a drive, or the size of a change and its moment.
+  void scan_two(const Hypothesis& hypothesis, Start& start) const {
     const Law& law = *hypothesis.terms()[0];
+    if (!law.in_path() || law.slips) return;
     const auto own = std::count_if(law.search.begin(), law.search.end(), [](const auto& range) {
       return std::string_view(range.name) != effects::kStart.name;
     });
-    if (law.block != effects::Block::valve || law.smooth || law.slips || law.columns > 0 ||
-        own != 2) {
-      return;
-    }
+    const bool since = law.timing == Law::Timing::since && own == 1 && law.coordinates() == 2;
+    const bool drive = law.block == effects::Block::valve && !law.smooth && own == 2;
+    if (!since && !drive) return;
     Likelihood::Work work;
     std::vector<double> z = start.mean;
     std::vector<double> best = z;
@@ -313,8 +313,7 @@ class Competitors {
       const Effort effort = effort_of(one);
       tasks.push_back({std::move(one), std::move(start), effort, 1});
     }
-    parallel_(tasks.size(),
-              [&](std::size_t i) { scan_valve(tasks[i].hypothesis, tasks[i].start); });
+    parallel_(tasks.size(), [&](std::size_t i) { scan_two(tasks[i].hypothesis, tasks[i].start); });
     search_all(tasks);
   }
 
