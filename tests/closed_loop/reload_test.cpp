@@ -377,13 +377,16 @@ TEST_CASE("a runtime directory that is missing is made, as the state directory i
   CHECK(eventually([&] { return std::filesystem::exists(folder + "/run/deep/metrics.prom"); }));
   daemon.signal(SIGTERM);
   CHECK(daemon.wait_for_end() == 0);
-  // A socket that can't be made is reported with its name.
+  // Sockets that can't be made are reported with their folder, and the loops run.
   write_file(folder + "/file", "");
   daemon.write_config("loopwardend.yaml", "runtime_directory: " + folder +
-                                              "/file/run\nstate_directory: " + folder + "\n");
-  CHECK(daemon.run({"--config", daemon.config().string()}) == 74);
-  CHECK_THAT(read_file(folder + "/output"),
-             Catch::Contains("runtime_directory " + folder + "/file"));
+                                              "/file/run\nstate_directory: " + folder +
+                                              "\nreal_time: {priority: 0, lock_memory: false}\n");
+  daemon.start(std::vector<std::string>{});
+  CHECK(eventually([&] { return daemon.log().find("mode AUTO") != std::string::npos; }));
+  CHECK_THAT(daemon.log(), Catch::Contains("can't create " + folder + "/file/run"));
+  daemon.signal(SIGTERM);
+  CHECK(daemon.wait_for_end() == 0);
 }
 
 }  // namespace loopwarden::tests::reload_test
