@@ -520,7 +520,9 @@ class Estimator {
 
   std::vector<Explanation> explanations(const Estimate& out) const {
     std::vector<Explanation> all;
-    for (const auto& [names, probability] : out.posterior) {
+    for (const auto& line : out.posterior) {
+      const std::vector<std::string>& names = line.first;
+      const double probability = line.second;
       const auto fit = std::find_if(
           competition_.fits.begin(), competition_.fits.end(),
           [&](const Fit& f) { return f.hypothesis.named() && f.hypothesis.names() == names; });

@@ -68,7 +68,7 @@ Signal lagged(const Signal& x, double lag_s, double period_s) {
 class FlexibleColumns {
  public:
   FlexibleColumns(const Likelihood& likelihood, const Fit& fit, std::size_t samples)
-      : likelihood_(likelihood), loop_(likelihood.loop()), fit_(fit), samples_(samples) {
+      : likelihood_(likelihood), loop_(likelihood.loop()), fit_(fit) {
     const Point point = fit.hypothesis.at(fit.population.top().z);
     Signal columns[3];
     likelihood.run().run(fit.hypothesis, point, samples, nullptr, columns, &flow_);
@@ -159,7 +159,6 @@ class FlexibleColumns {
   const Likelihood& likelihood_;
   const LoopFacts& loop_;
   const Fit& fit_;
-  std::size_t samples_;
   std::size_t fitted_ = 0;
   double h_ = 0.1;
   Signal flow_;  // CO units
