@@ -41,10 +41,11 @@ class Posterior {
   // A hypothesis that adds effects to the `chosen` ones counts for them: the rules for one more
   // effect reject the addition.
   Posterior(const Estimate& estimate, const std::vector<std::string>& chosen) {
-    for (const auto& [names, probability] : estimate.posterior) {
+    for (const auto& line : estimate.posterior) {
+      const std::vector<std::string>& names = line.first;
       const bool adds = !chosen.empty() && std::all_of(chosen.begin(), chosen.end(),
                                                        [&](auto& n) { return contains(names, n); });
-      add(adds ? chosen : names, probability);
+      add(adds ? chosen : names, line.second);
     }
     tidy();
   }
