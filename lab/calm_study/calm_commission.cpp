@@ -84,9 +84,10 @@ std::optional<control::PlannedMovesSettings> found_out(const StickyLoop& loop,
     watch.add(r.pv[alarm], r.co[alarm]);
     ++alarm;
   }
-  const std::size_t last = alarm + samples(twin::kEnough_s);
+  const std::size_t last = alarm + samples(twin::kMostSeen_s);
   if (last > r.pv.size()) return std::nullopt;
-  const twin::Explanation explanation = twin::explain(r.part(0, last), *twin, alarm, {}, in_turn);
+  const twin::Explanation explanation =
+      twin::explain(r.part(0, last), *twin, alarm, {.enough_s = twin::kMostSeen_s}, in_turn);
   if (!explanation.usable()) return std::nullopt;
   const auto& effects = explanation.result.effects;
   const auto effect = std::find_if(effects.begin(), effects.end(),

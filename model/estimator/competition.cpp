@@ -274,17 +274,17 @@ class Competitors {
     }
   }
 
-  // Scans two parameters of a law together, if its likelihood has several maxima of which few
-  // members find only one: band and rate of a drive, or the size of a change and its moment.
+  // A valve law with two parameters of its own is scanned over both: the likelihood of a drive with
+  // a band has several maxima, and few members find only one of them.
   void scan_two(const Hypothesis& hypothesis, Start& start) const {
     const Law& law = *hypothesis.terms()[0];
-    if (!law.in_path() || law.slips) return;
     const auto own = std::count_if(law.search.begin(), law.search.end(), [](const auto& range) {
       return std::string_view(range.name) != effects::kStart.name;
     });
-    const bool since = law.timing == Law::Timing::since && own == 1 && law.coordinates() == 2;
-    const bool drive = law.block == effects::Block::valve && !law.smooth && own == 2;
-    if (!since && !drive) return;
+    if (law.block != effects::Block::valve || law.smooth || law.slips || law.columns > 0 ||
+        own != 2) {
+      return;
+    }
     Likelihood::Work work;
     std::vector<double> z = start.mean;
     std::vector<double> best = z;

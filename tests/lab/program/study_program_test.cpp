@@ -58,7 +58,7 @@ TEST_CASE("every open record gets a verdict: no healthy loop is accused, sticky 
   CHECK(outcome.exit_code == 0);
   CHECK(outcome.text.find("r27.csv") != std::string::npos);
   for (const char* line : {"windows right, as answered ", "windows right, of the decided ",
-                           "loops right, as answered ", "AUC by loop, play "}) {
+                           "loops right, as answered ", "AUC by loop, log odds "}) {
     CHECK(outcome.text.find(line) != std::string::npos);
   }
   CHECK(study("diagnose --records /nonexistent").exit_code == 74);

@@ -182,7 +182,7 @@ TEST_CASE("other units of PV and CO give the same names, powers of two the same 
   REQUIRE(others.effects.size() == 1);
   CHECK(twos.effects[0].spec.name == spec.name);
   CHECK(others.effects[0].spec.name == spec.name);
-  CHECK(twos.effects[0].confidence == as_it_is.effects[0].confidence);
+  CHECK(twos.effects[0].confidence == Approx(as_it_is.effects[0].confidence));
   CHECK(twos.after.holdout_rmse == 8.0 * as_it_is.after.holdout_rmse);
   for (const char* name : {"s", "j"}) {
     if (sticks) CHECK(twos.effects[0].spec.parameters.at(name) == 0.25 * spec.parameters.at(name));
