@@ -76,8 +76,8 @@ inline constexpr double kFurtherGain = 12.0;
 inline constexpr double kFewFloors = 2.5;
 // PV that moves by less than so many noise floors has no fit percent. By definition.
 inline constexpr double kFewestFloors = 3.0;
-// Gap closed on the last third. By definition: below kGapFloors floors there is no such figure; from
-// kClosed on a name is given as it is, from kPartlyClosed on with at most kPartlyConfidence.
+// Gap closed on the last third. By definition: below kGapFloors floors there is no such figure;
+// from kClosed on a name is given as it is, from kPartlyClosed on with at most kPartlyConfidence.
 inline constexpr double kGapFloors = 2.0;
 inline constexpr double kClosed = 0.8;
 inline constexpr double kPartlyClosed = 0.5;

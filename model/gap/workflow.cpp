@@ -750,7 +750,8 @@ class Workflow {
     }
   }
 
-  // Two or three likely explanations, and the loop as it was last.
+  // Two or three likely explanations, and the loop as it was last. Without SP the controller is a
+  // guess, and a test would be, too.
   void plan_next_test() {
     if (record_.closed_loop || options_.archive || taken_.other_period ||
         !record_.record.has_sp()) {
@@ -771,17 +772,16 @@ class Workflow {
     if (competing.size() < 2) return;
     const control::PidSettings& pid = model_.controller.pid;
     const plant::TransmitterParameters& pv = model_.transmitter;
-    const estimator::Planned planned = estimator::propose_test(
-        competing,
-        {.automatic = record_.record.has_sp(),
-         .set_point = record_.record.has_sp() ? record_.sp.back() : series_.pv_after.back(),
-         .output = record_.co.back(),
-         .set_points = {pv.low, pv.high},
-         .outputs = {pid.output_low, pid.output_high},
-         .noise_rms = found_.noise_rms,
-         .disturbance = result_.load_intensity,
-         .law_error = found_.law_error},
-        parallel_);
+    const estimator::Planned planned =
+        estimator::propose_test(competing,
+                                {.set_point = record_.sp.back(),
+                                 .output = record_.co.back(),
+                                 .set_points = {pv.low, pv.high},
+                                 .outputs = {pid.output_low, pid.output_high},
+                                 .noise_rms = found_.noise_rms,
+                                 .disturbance = result_.load_intensity,
+                                 .law_error = found_.law_error},
+                                parallel_);
     result_.why_no_test = planned.why_not;
     if (planned.plan) result_.next_test = {explanations, *planned.plan, planned.next};
   }
