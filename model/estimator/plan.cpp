@@ -19,7 +19,6 @@ namespace {
 constexpr std::array<double, 3> kClasses{0.01, 0.03, 0.05};  // of the span of PV
 constexpr std::array<double, 7> kSizes{0.0025, 0.005, 0.01, 0.015, 0.02, 0.03, 0.05};  // of a span
 constexpr std::array<double, 3> kHolds{3.0, 8.0, 20.0};  // answer times
-constexpr double kDecides = 0.9;                         // probability of one explanation
 constexpr double kWanted = 0.9;                          // probability of a right decision
 constexpr double kWarmUp = 20.0;                         // answer times before the move
 constexpr std::size_t kRivals = 6;                       // samples that judge a simulated test

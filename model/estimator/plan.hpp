@@ -35,6 +35,8 @@ namespace loopwarden::estimator {
 
 // Least probability of an explanation that a test has to tell from others. By hand.
 inline constexpr double kCompetes = 0.05;
+// Probability of one explanation at which a test decides. By hand.
+inline constexpr double kDecides = 0.9;
 
 struct Explanation {
   std::vector<std::string> effects;  // empty: nothing is missing
