@@ -12,7 +12,7 @@
 #include "services/page/files/report_store.hpp"
 #include "services/page/history/history.hpp"
 #include "services/page/ldap/log_ins.hpp"
-#include "services/page/fleet_queries/fleet.hpp"
+#include "services/page/fleet/fleet.hpp"
 #include "services/net/http/assets.hpp"
 #include "services/net/http/message.hpp"
 #include "services/net/http/server.hpp"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Shows the plant of boxes from the host's database.
-#include "services/page/fleet_queries/fleet.hpp"
+#include "services/page/fleet/fleet.hpp"
 
 #include "services/page/api/body.hpp"
 #include "services/page/api/handlers.hpp"

@@ -17,7 +17,7 @@
 #include "base/exit_code.hpp"
 #include "base/text.hpp"
 #include "services/page/api/router.hpp"
-#include "services/page/fleet_queries/fleet_database.hpp"
+#include "services/page/app/load_fleet.hpp"
 #include "services/net/http/server.hpp"
 #include "services/net/http/tls.hpp"
 #include "services/page/site/assets.hpp"
@@ -91,7 +91,7 @@ class App {
                   ? std::make_unique<ldap::Worker>(ldap::Server(*settings.ldap), users_, sessions_)
                   : nullptr),
         reports_(settings.state_directory),
-        fleet_(settings.fleet ? std::make_unique<fleet::FleetDatabase>(*settings.fleet) : nullptr),
+        fleet_(settings.fleet ? fleet::load_fleet(*settings.fleet) : nullptr),
         hosts_(hosts_of(settings)),
         router_(api::Context{.settings = settings_,
                              .hosts = hosts_,
@@ -195,7 +195,7 @@ class App {
   std::unique_ptr<ldap::Worker> ldap_;
   history::History history_;
   files::ReportStore reports_;
-  std::unique_ptr<fleet::FleetDatabase> fleet_;
+  std::unique_ptr<fleet::Fleet> fleet_;
   api::HostNames hosts_;
   api::Router router_;
   http::Server server_;
@@ -230,6 +230,7 @@ void check_files(const PageSettings& settings) {
     // The file may not exist yet; until then no user can log in.
     if (std::filesystem::exists(settings.users)) read_users(settings.users);
     if (settings.ldap) ldap::check_files(*settings.ldap);
+    if (settings.fleet) fleet::load_fleet(*settings.fleet);
   } catch (const std::exception& e) {
     throw BadConfiguration(e.what());
   }

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "services/page/fleet_queries/fleet.hpp"
+#include "services/page/fleet/fleet.hpp"
 
 namespace loopwarden::fleet {
 

@@ -16,7 +16,7 @@
 
 #include "services/database/database_settings.hpp"
 #include "services/page/fleet_queries/answer_cache.hpp"
-#include "services/page/fleet_queries/fleet.hpp"
+#include "services/page/fleet/fleet.hpp"
 #include "services/page/fleet_queries/fleet_queries.hpp"
 
 namespace loopwarden::fleet {

@@ -13,7 +13,7 @@
 #include <pqxx/pqxx>
 
 #include "services/page/fleet_queries/alarm_rate.hpp"
-#include "services/page/fleet_queries/fleet.hpp"
+#include "services/page/fleet/fleet.hpp"
 
 namespace loopwarden::fleet {
 

@@ -323,4 +323,26 @@ TEST_CASE("an invalid page.yaml gives exit code 78", "[process]") {
   CHECK_THAT(run(kPage + " usr 2>&1").text, Contains("did you mean 'user'?"));
 }
 
+TEST_CASE("the page of a fleet needs the module of loopwarden-fleet", "[process]") {
+  const TemporaryFolder folder;
+  write_file(folder / "page.yaml",
+             "fleet: {database: 'postgresql://127.0.0.1:1/none'}\nbox: false\n");
+  const std::string arguments = " --config " + (folder / "page.yaml").string() + " --check 2>&1";
+  CHECK(run(kPage + arguments).exit_code == 0);
+  // A program without the module next to it.
+  std::filesystem::create_directory(folder / "bin");
+  std::filesystem::copy_file(kPage, folder / "bin/loopwarden-page");
+  const auto alone = run((folder / "bin/loopwarden-page").string() + arguments);
+  CHECK(alone.exit_code == 78);
+  CHECK_THAT(alone.text, Contains("needs the package loopwarden-fleet"));
+}
+
+TEST_CASE("without its database, the page of a fleet gives the reason", "[process]") {
+  const TemporaryFolder folder;
+  const PageProcess page(folder.path(),
+                         "fleet: {database: 'postgresql://127.0.0.1:1/none'}\nbox: false");
+  CHECK_THAT(page.answer(get_line("/api/fleet", "Connection: close\r\n")),
+             Contains("503 Service Unavailable") && Contains("127.0.0.1"));
+}
+
 }  // namespace loopwarden::tests::page_process_test

@@ -9,7 +9,7 @@
 #include <thread>
 #include <vector>
 
-#include "services/page/fleet_queries/fleet.hpp"
+#include "services/page/fleet/fleet.hpp"
 
 namespace loopwarden::tests::answer_cache_test {
 

@@ -8,7 +8,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "services/page/fleet_queries/fleet.hpp"
+#include "services/page/fleet/fleet.hpp"
 
 namespace loopwarden::tests {
 

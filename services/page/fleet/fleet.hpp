@@ -6,6 +6,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "services/database/database_settings.hpp"
+
 namespace loopwarden::fleet {
 
 // The database does not answer. The text is the database's error.
@@ -31,5 +33,9 @@ class Fleet {
   // Returns null if the valve does not exist. Throws FleetDown.
   virtual std::shared_ptr<const std::string> valve(const ValveName& name) = 0;
 };
+
+// The one function of the module of queries, and its name.
+using MakeFleet = Fleet*(const DatabaseSettings&);
+inline constexpr const char* kMakeFleet = "loopwarden_make_fleet";
 
 }  // namespace loopwarden::fleet
