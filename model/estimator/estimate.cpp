@@ -20,17 +20,16 @@ namespace {
 
 using effects::Block;
 
-constexpr double kEndQuantile = 0.01;       // where the ends of PV are taken
-constexpr double kLeastMovement = 0.005;    // of the CO span: a valve that moves less shows nothing
-constexpr double kAsGood = 1.15;            // of the least error on the fitted part
-constexpr double kEqual = 1.0;              // nats
-constexpr double kNearlyAll = 0.8;          // of what is left, for a further effect
-constexpr double kVisible = 1.5;            // of the floor: a larger error is a visible gap
-constexpr double kSpike = 8.0;              // noise of a sample, beyond what the process can do
-constexpr std::size_t kLongestSpike = 12;   // samples
-constexpr double kLeastExplanation = 0.05;  // probability of one that is simulated
-constexpr std::size_t kSamples = 50;        // models of an explanation
-constexpr double kLeastEffect = 0.0015;     // of the PV span: a smaller effect does not matter
+constexpr double kEndQuantile = 0.01;      // where the ends of PV are taken
+constexpr double kLeastMovement = 0.005;   // of the CO span: a valve that moves less shows nothing
+constexpr double kAsGood = 1.15;           // of the least error on the fitted part
+constexpr double kEqual = 1.0;             // nats
+constexpr double kNearlyAll = 0.8;         // of what is left, for a further effect
+constexpr double kVisible = 1.5;           // of the floor: a larger error is a visible gap
+constexpr double kSpike = 8.0;             // noise of a sample, beyond what the process can do
+constexpr std::size_t kLongestSpike = 12;  // samples
+constexpr std::size_t kSamples = 50;       // models of an explanation
+constexpr double kLeastEffect = 0.0015;    // of the PV span: a smaller effect does not matter
 
 // Linear dynamics and curves: a model that does not know the process can't lack them.
 bool changes_process(const Candidate& c) {
@@ -526,7 +525,7 @@ class Estimator {
       const auto fit = std::find_if(
           competition_.fits.begin(), competition_.fits.end(),
           [&](const Fit& f) { return f.hypothesis.named() && f.hypothesis.names() == names; });
-      if (probability < kLeastExplanation || fit == competition_.fits.end()) continue;
+      if (probability < kCompetes || fit == competition_.fits.end()) continue;
       Explanation& one = all.emplace_back(Explanation{names, probability, {}});
       Fit sample = representative(*fit);
       Likelihood::Work work;

@@ -19,7 +19,6 @@ namespace {
 constexpr std::array<double, 3> kClasses{0.01, 0.03, 0.05};  // of the span of PV
 constexpr std::array<double, 7> kSizes{0.0025, 0.005, 0.01, 0.015, 0.02, 0.03, 0.05};  // of a span
 constexpr std::array<double, 3> kHolds{3.0, 8.0, 20.0};  // answer times
-constexpr double kDecides = 0.9;                         // probability of one explanation
 constexpr double kWanted = 0.9;                          // probability of a right decision
 constexpr double kWarmUp = 20.0;                         // answer times before the move
 constexpr std::size_t kRivals = 6;                       // samples that judge a simulated test
@@ -28,21 +27,11 @@ constexpr std::size_t kTests = 50;
 constexpr double kFirstError = 0.1;  // of the share of right decisions after the first tests
 constexpr double kReturns_s = 300.0;
 constexpr double kNextGain = 0.02;  // more right decisions that make the next class worth naming
-constexpr std::size_t kStairs = 3;
-
-// Steps of a move, as multiples of its size.
-std::vector<double> steps_of(MoveKind kind) {
-  const bool stairs = kind == MoveKind::set_point_stairs || kind == MoveKind::output_stairs;
-  if (!stairs) return {1.0, 0.0};
-  std::vector<double> out;
-  for (std::size_t i = 1; i <= kStairs; ++i) {
-    out.push_back(static_cast<double>(i) / static_cast<double>(kStairs));
-  }
-  for (std::size_t i = kStairs; i-- > 0;) {
-    out.push_back(static_cast<double>(i) / static_cast<double>(kStairs));
-  }
-  return out;
-}
+constexpr double kStairs = 3.0;
+constexpr std::array kKinds{MoveKind::set_point_pair,   MoveKind::set_point_reversal,
+                            MoveKind::set_point_stairs, MoveKind::set_point_ramp,
+                            MoveKind::output_pair,      MoveKind::output_reversal,
+                            MoveKind::output_stairs,    MoveKind::output_ramp};
 
 // A simulated test, from its start on.
 struct Run {
@@ -100,16 +89,14 @@ class Planner {
   std::vector<Move> moves() const {
     std::vector<Move> all;
     const double co_span = model_.controller.pid.output_span();
-    for (const MoveKind kind : {MoveKind::set_point_pair, MoveKind::set_point_stairs,
-                                MoveKind::output_pair, MoveKind::output_stairs}) {
-      if (!start_.automatic && !in_manual(kind)) continue;
+    for (const MoveKind kind : kKinds) {
       for (const double size : kSizes) {
         for (const double hold : kHolds) {
           Move move{kind, size * (in_manual(kind) ? co_span : pv_span_), hold * answer_s_};
           const auto& limits = in_manual(kind) ? start_.outputs : start_.set_points;
           const double from = in_manual(kind) ? start_.output : start_.set_point;
           if (from + move.size > limits[1]) move.size = -move.size;
-          if (from + move.size < limits[0] || duration_s(move) > start_.longest_s) continue;
+          if (!within(move, from, limits) || duration_s(move) > start_.longest_s) continue;
           all.push_back(move);
         }
       }
@@ -117,8 +104,12 @@ class Planner {
     return all;
   }
 
-  double duration_s(const Move& move) const {
-    return move.hold_s * static_cast<double>(steps_of(move.kind).size());
+  static bool within(const Move& move, double from, const std::array<double, 2>& limits) {
+    for (double part = 0.0; part < 1.0; part += 0.01) {
+      const double at = moved(move, from, part * duration_s(move));
+      if (at < limits[0] || at > limits[1]) return false;
+    }
+    return true;
   }
 
   // The cheapest move whose PV stays within `share` of the span and that decides with probability
@@ -170,8 +161,7 @@ class Planner {
   }
 
   // A sample of an explanation as it would be measured.
-  plant::LoopModel measured(const plant::LoopModel& sample, const Move& move,
-                            std::uint64_t seed) const {
+  plant::LoopModel measured(const plant::LoopModel& sample, std::uint64_t seed) const {
     plant::LoopModel model = sample;
     model.transmitter.noise = start_.noise_rms;
     if (start_.disturbance > 0.0) {
@@ -180,13 +170,6 @@ class Planner {
     }
     model.scenario.seed = seed;
     model.scenario.set_point = {{0.0, start_.set_point}};
-    if (!in_manual(move.kind)) {
-      double t = warm_up_s();
-      for (const double step : steps_of(move.kind)) {
-        model.scenario.set_point.emplace_back(t, start_.set_point + step * move.size);
-        t += move.hold_s;
-      }
-    }
     return model;
   }
 
@@ -194,29 +177,32 @@ class Planner {
   std::size_t samples(double seconds) const {
     return static_cast<std::size_t>(std::ceil(seconds / model_.sample_time_s));
   }
+  double seconds(std::size_t samples) const {
+    return static_cast<double>(samples) * model_.sample_time_s;
+  }
 
   Run simulate(const plant::LoopModel& sample, const Move& move, std::uint64_t seed) const {
-    const plant::LoopModel model = measured(sample, move, seed);
+    const plant::LoopModel model = measured(sample, seed);
     plant::SimulatedLoop loop(model);
     Run run;
     run.begin = samples(warm_up_s());
     const std::size_t end = run.begin + samples(duration_s(move));
-    const std::size_t automatic = in_manual(move.kind) ? run.begin : end;
-    for (std::size_t k = 0; k < automatic; ++k) {
+    const bool manual = in_manual(move.kind);
+    for (std::size_t k = 0; k < (manual ? run.begin : end); ++k) {
+      if (k >= run.begin) {
+        loop.controller().request_set_point(moved(move, start_.set_point, seconds(k - run.begin)));
+      }
       const plant::LoopSample s = loop.step();
       run.co.push_back(s.co);
       run.pv.push_back(s.pv);
     }
-    if (automatic == end) return run;
+    if (!manual) return run;
     plant::Plant plant = loop.plant();
     const double from = run.co.back();
-    const std::vector<double> steps = steps_of(move.kind);
-    const std::size_t hold = samples(move.hold_s);
     const control::PidSettings& pid = model.controller.pid;
     for (std::size_t k = run.begin; k < end; ++k) {
-      const double step =
-          steps[std::min((k - run.begin) / std::max<std::size_t>(hold, 1), steps.size() - 1)];
-      const double co = std::clamp(from + step * move.size, pid.output_low, pid.output_high);
+      const double co =
+          std::clamp(moved(move, from, seconds(k - run.begin)), pid.output_low, pid.output_high);
       run.co.push_back(co);
       run.pv.push_back(plant.process_variable());
       plant.step(co);
@@ -324,12 +310,10 @@ class Planner {
                   .pv_swing = s.pv_swing,
                   .output_swing = s.output_swing};
     const std::size_t count = samples(plan.duration_s);
-    const std::vector<double> steps = steps_of(move.kind);
-    const std::size_t hold = std::max<std::size_t>(samples(move.hold_s), 1);
     const double from = in_manual(move.kind) ? start_.output : start_.set_point;
     for (std::size_t k = 0; k < count; ++k) {
-      plan.time_s.push_back(static_cast<double>(k) * model_.sample_time_s);
-      plan.moved.push_back(from + steps[std::min(k / hold, steps.size() - 1)] * move.size);
+      plan.time_s.push_back(seconds(k));
+      plan.moved.push_back(moved(move, from, plan.time_s.back()));
     }
     for (std::size_t h = 0; h < explanations_.size(); ++h) {
       std::vector<Run> runs;
@@ -381,11 +365,52 @@ class Planner {
 const char* to_text(MoveKind kind) noexcept {
   switch (kind) {
     case MoveKind::set_point_pair: return "set_point_pair";
+    case MoveKind::set_point_reversal: return "set_point_reversal";
     case MoveKind::set_point_stairs: return "set_point_stairs";
+    case MoveKind::set_point_ramp: return "set_point_ramp";
     case MoveKind::output_pair: return "output_pair";
+    case MoveKind::output_reversal: return "output_reversal";
     case MoveKind::output_stairs: return "output_stairs";
+    case MoveKind::output_ramp: return "output_ramp";
   }
   return "";
+}
+
+std::optional<MoveKind> move_from_text(std::string_view text) noexcept {
+  const auto* const kind =
+      std::find_if(kKinds.begin(), kKinds.end(), [&](MoveKind k) { return text == to_text(k); });
+  return kind == kKinds.end() ? std::nullopt : std::optional(*kind);
+}
+
+double duration_s(const Move& move) noexcept {
+  switch (move.kind) {
+    case MoveKind::set_point_pair:
+    case MoveKind::output_pair: return 2.0 * move.hold_s;
+    case MoveKind::set_point_stairs:
+    case MoveKind::output_stairs: return 2.0 * kStairs * move.hold_s;
+    default: return 3.0 * move.hold_s;
+  }
+}
+
+double moved(const Move& move, double from, double time_s) noexcept {
+  constexpr double kRounding = 1e-9;
+  const double holds = time_s / move.hold_s + kRounding;
+  const double step = std::floor(holds);
+  if (!(holds >= 0.0) || time_s >= duration_s(move)) return from;
+  double share = 0.0;  // of the size
+  switch (move.kind) {
+    case MoveKind::set_point_pair:
+    case MoveKind::output_pair: share = step < 1.0 ? 1.0 : 0.0; break;
+    case MoveKind::set_point_reversal:
+    case MoveKind::output_reversal: share = step < 1.0 ? 1.0 : step < 2.0 ? -1.0 : 0.0; break;
+    case MoveKind::set_point_stairs:
+    case MoveKind::output_stairs:
+      share = (kStairs - std::abs(step + 1.0 - kStairs)) / kStairs;
+      break;
+    case MoveKind::set_point_ramp:
+    case MoveKind::output_ramp: share = std::max(0.0, 1.0 - std::abs(holds - 1.0)); break;
+  }
+  return from + share * move.size;
 }
 
 Planned propose_test(const std::vector<Explanation>& explanations, const TestStart& start,

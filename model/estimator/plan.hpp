@@ -25,6 +25,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "model/numeric/parallel.hpp"
@@ -32,35 +33,48 @@
 
 namespace loopwarden::estimator {
 
+// Least probability of an explanation that a test has to tell from others. By hand.
+inline constexpr double kCompetes = 0.05;
+// Probability of one explanation at which a test decides. By hand.
+inline constexpr double kDecides = 0.9;
+
 struct Explanation {
   std::vector<std::string> effects;  // empty: nothing is missing
   double probability = 0.0;
   std::vector<plant::LoopModel> samples;  // of its posterior, without noise
 };
 
+// Moves there by `size` and back to the start.
 enum class MoveKind : std::uint8_t {
-  set_point_pair,    // there and back
-  set_point_stairs,  // three steps there, three back
-  output_pair,       // in manual
-  output_stairs      // in manual
+  set_point_pair,      // one step there, one back
+  set_point_reversal,  // there, as far to the other side, and back
+  set_point_stairs,    // three steps there, three back
+  set_point_ramp,      // there and back at one rate, then at rest
+  output_pair,         // the same in manual
+  output_reversal,
+  output_stairs,
+  output_ramp
 };
 const char* to_text(MoveKind kind) noexcept;
-constexpr bool in_manual(MoveKind kind) noexcept {
-  return kind == MoveKind::output_pair || kind == MoveKind::output_stairs;
-}
+// nullopt: no such kind.
+std::optional<MoveKind> move_from_text(std::string_view text) noexcept;
+constexpr bool in_manual(MoveKind kind) noexcept { return kind >= MoveKind::output_pair; }
 
 struct Move {
   MoveKind kind = MoveKind::set_point_pair;
-  double size = 0.0;    // of all steps there: PV units for SP, CO units for the output
-  double hold_s = 0.0;  // of each step
+  double size = 0.0;    // largest distance from the start: PV units for SP, CO units for the output
+  double hold_s = 0.0;  // of each step, or of each way of a ramp
 };
+double duration_s(const Move& move) noexcept;
+// SP or output at `time_s` after the start of the move, which begins at `from`. `from` before the
+// move, and at its end.
+double moved(const Move& move, double from, double time_s) noexcept;
 
 // The loop at the start of a test.
 struct TestStart {
-  bool automatic = true;               // SP is known and can move
   double set_point = 0.0;              // PV units
   double output = 0.0;                 // CO units
-  std::array<double, 2> set_points{};  // PV units: limits of a move
+  std::array<double, 2> set_points{};  // PV units: limits of a move; equal: SP can't move
   std::array<double, 2> outputs{};     // CO units
   double noise_rms = 0.0;              // PV units
   double disturbance = 0.0;            // PV units per root second

@@ -49,8 +49,7 @@ inline constexpr double kSpikeLag = 3.0;
 inline constexpr double kReadingConfidence = 0.95;
 
 // next test
-// Explanations of at least this probability compete, at most so many. By hand.
-inline constexpr double kCompetes = 0.05;
+// At most so many explanations compete. By hand.
 inline constexpr std::size_t kMostCompeting = 3;
 
 // controller

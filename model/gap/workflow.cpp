@@ -763,7 +763,7 @@ class Workflow {
       const auto same =
           std::find_if(found_.explanations.begin(), found_.explanations.end(),
                        [&](const estimator::Explanation& e) { return e.effects == h.effects; });
-      if (h.probability < kCompetes || same == found_.explanations.end()) continue;
+      if (h.probability < estimator::kCompetes || same == found_.explanations.end()) continue;
       competing.push_back(*same);
       competing.back().probability = h.probability;
       explanations.push_back(h);

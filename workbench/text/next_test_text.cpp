@@ -21,10 +21,6 @@ std::string time_text(double seconds) {
                          : fmt::format("{:.0f} min", std::ceil(seconds / 60.0));
 }
 
-bool is_stairs(MoveKind kind) {
-  return kind == MoveKind::set_point_stairs || kind == MoveKind::output_stairs;
-}
-
 }  // namespace
 
 std::string competing_names(const gap::NextTest& test) {
@@ -43,13 +39,22 @@ std::string test_sentence(const gap::NextTest& test) {
   const std::string what = manual ? "In manual, move the output" : "In automatic, move SP";
   const char* unit = manual ? "CO units" : "PV units";
   const double to = from + plan.move.size;
-  if (is_stairs(plan.move.kind)) {
-    return fmt::format(
-        "{} from {:.4g} to {:.4g} {} in three equal steps and back in three, each for {}.", what,
-        from, to, unit, time_text(plan.move.hold_s));
+  const std::string there = fmt::format("{} from {:.4g} to {:.4g} {}", what, from, to, unit);
+  const std::string hold = time_text(plan.move.hold_s);
+  switch (plan.move.kind) {
+    case MoveKind::set_point_stairs:
+    case MoveKind::output_stairs:
+      return fmt::format("{} in three equal steps and back in three, each for {}.", there, hold);
+    case MoveKind::set_point_ramp:
+    case MoveKind::output_ramp:
+      return fmt::format("{} at one rate within {}, back within {}, then wait for {}.", there, hold,
+                         hold, hold);
+    case MoveKind::set_point_reversal:
+    case MoveKind::output_reversal:
+      return fmt::format("{} for {}, then to {:.4g} {} for {}, then back for {}.", there, hold,
+                         from - plan.move.size, unit, hold, hold);
+    default: return fmt::format("{} for {}, then back for {}.", there, hold, hold);
   }
-  return fmt::format("{} from {:.4g} to {:.4g} {} for {}, then back for {}.", what, from, to, unit,
-                     time_text(plan.move.hold_s), time_text(plan.move.hold_s));
 }
 
 std::string expected_sentence(const gap::NextTest& test) {
@@ -83,7 +88,7 @@ std::string test_yaml(const gap::NextTest& test, const std::string& model) {
       "move: {}\n"
       "from: {:.6g}       # {}\n"
       "size: {:.6g}       # {}\n"
-      "hold: {:.6g}       # s, each step\n"
+      "hold: {:.6g}       # s, each step or way\n"
       "duration: {:.6g}   # s\n"
       "expected: {{probability_right: {:.3f}, probability_wrong: {:.3f}, pv_swing: {:.4g}, "
       "output_swing: {:.4g}}}\n",

@@ -72,16 +72,40 @@ TEST_CASE("a disturbance that hides the difference leaves no test, and says so",
   CHECK_THAT(planned.why_not, Catch::Contains("5 % of"));
 }
 
-TEST_CASE("a loop whose set point is not known is moved in manual, within its output",
+TEST_CASE("a loop whose set point must stay is moved in manual, within its output",
           "[estimator][plan]") {
   TestStart start = quiet_loop();
-  start.automatic = false;
+  start.set_points = {5.0, 5.0};
   start.outputs = {4.0, 4.6};
   const Planned planned = propose_test(sticks_or_plays(0.2), start, estimator_test::in_order);
   const std::optional<TestPlan>& plan = planned.plan ? planned.plan : planned.best;
   REQUIRE(plan);
   CHECK(in_manual(plan->move.kind));
   for (const double co : plan->moved) CHECK((co >= 4.0 && co <= 4.6));
+}
+
+TEST_CASE("every move starts and ends where the loop was and has its own path",
+          "[estimator][plan]") {
+  using Kind = MoveKind;
+  const auto at = [](Kind kind, std::initializer_list<double> times) {
+    std::vector<double> out;
+    for (const double t : times) out.push_back(moved({kind, 0.6, 10.0}, 4.0, t));
+    return out;
+  };
+  const auto is = [](std::vector<double> values) { return Catch::Approx(values).margin(1e-9); };
+  CHECK_THAT(at(Kind::set_point_pair, {-1, 0, 9.9, 10, 20, 99}), is({4, 4.6, 4.6, 4, 4, 4}));
+  CHECK_THAT(at(Kind::output_reversal, {0, 9.9, 10, 19.9, 20}), is({4.6, 4.6, 3.4, 3.4, 4}));
+  CHECK_THAT(at(Kind::set_point_stairs, {0, 10, 20, 30, 40, 50, 60}),
+             is({4.2, 4.4, 4.6, 4.4, 4.2, 4, 4}));
+  CHECK_THAT(at(Kind::output_ramp, {0, 5, 10, 15, 20, 29}), is({4, 4.3, 4.6, 4.3, 4, 4}));
+  for (const Kind kind : {Kind::set_point_pair, Kind::set_point_reversal, Kind::set_point_stairs,
+                          Kind::set_point_ramp, Kind::output_pair, Kind::output_reversal,
+                          Kind::output_stairs, Kind::output_ramp}) {
+    CHECK(move_from_text(to_text(kind)) == kind);
+    CHECK(moved({kind, 0.6, 10.0}, 4.0, duration_s({kind, 0.6, 10.0})) == 4.0);
+    CHECK(in_manual(kind) == (std::string(to_text(kind)).rfind("output", 0) == 0));
+  }
+  CHECK_FALSE(move_from_text("set_point"));
 }
 
 TEST_CASE("the same explanations give the same plan in any order of the work",
