@@ -116,15 +116,16 @@ void conclude(Diagnosis& d) {
     d.verdict = DiagnosisVerdict::cant_tell;
     d.reason = decision.reason;
     d.testable = !decision.by_cycle;
-    d.settle =
-        decision.by_cycle
-            ? numeric::text(
-                  "the loop in manual for %.3g s (three cycles): if the cycle ends, the valve sticks",
-                  3.0 * d.prepared.period_s)
-            : numeric::text("in manual, move CO by %.3g CO units (%.2g times a band that would "
-                            "explain the record) in three equal steps and back; or an hour more "
-                            "of routine data with set points that move",
-                            Limits::kCrossedBands * tested_band(d.band), Limits::kCrossedBands);
+    d.settle = decision.by_cycle
+                   ? numeric::text(
+                         "the loop in manual for %.3g s (three cycles): if the cycle ends, the "
+                         "valve sticks",
+                         3.0 * d.prepared.period_s)
+                   : numeric::text(
+                         "in manual, move CO by %.3g CO units (%.2g times a band that would "
+                         "explain the record) in three equal steps and back; or an hour more "
+                         "of routine data with set points that move",
+                         Limits::kCrossedBands * tested_band(d.band), Limits::kCrossedBands);
   } else if (d.oscillating || d.evidence.reversals.by() == ReversalsBy::time ||
              d.evidence.reversals.by() == ReversalsBy::clockwork) {
     d.oscillating = true;

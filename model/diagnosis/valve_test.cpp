@@ -13,18 +13,21 @@
 namespace loopwarden::diagnosis {
 namespace {
 
-constexpr std::size_t kSamples = 50;     // of each explanation
-constexpr double kSlow = 8.0;            // response times between which the error is compared
-constexpr double kStepsPerAnswer = 10.0; // samples of the simulation per response time
+constexpr std::size_t kSamples = 50;          // of each explanation
+constexpr double kSlow = 8.0;                 // response times between which the error is compared
+constexpr double kStepsPerAnswer = 10.0;      // samples of the simulation per response time
 constexpr double kDeviationQuantile = 0.683;  // of the absolute value: one deviation
-constexpr double kLeastNats = -300.0;  // of a likelihood that is summed
-constexpr double kSizesPerBand = 40.0;  // bands of the span of CO for the planner: 0.1 to 2 bands
+constexpr double kLeastNats = -300.0;         // of a likelihood that is summed
+// Bands in the span of CO of the planner, whose sizes are then 0.13 to 2.7 bands, one of them 1.6.
+constexpr double kBandsOfSpan = Limits::kCrossedBands / 0.03;
+constexpr double kByHand_s = 10.0;  // least sample time: steps by hand last at least three
+constexpr double kBeyond = 4.0;     // times the limits, for a test beyond them
 // Span of PV if its range is unknown: the least of these, and of gain times the span of CO.
 constexpr double kMostMoves = 20.0;      // times PV's movement, which a test then hardly exceeds
 constexpr double kMostMagnitudes = 2.0;  // times the highest PV, if PV has one sign
 constexpr double kLongest_s = 1800.0;
-constexpr double kSlowest = 6.5;        // response times of the longest test of a slow loop
-constexpr std::size_t kLastSamples = 200;     // that give PV and CO at the start of the test
+constexpr double kSlowest = 6.5;           // response times of the longest test of a slow loop
+constexpr std::size_t kLastSamples = 200;  // that give PV and CO at the start of the test
 
 // Deviation of x(k + lag) - x(k), robust against slips.
 double difference(const Series& x, std::size_t lag) {
@@ -60,7 +63,15 @@ class TestPlanner {
     const estimator::Explanation other = backlash();
     // Both laws in turn.
     for (std::size_t i = 1; i < band.samples.size(); i += 2) band.samples[i] = other.samples[i];
-    with({std::move(band), good()});
+    if (with({std::move(band), good()})) return std::move(plan_);
+    // A wider span is a wider class.
+    for (estimator::Explanation& e : plan_.explanations) {
+      for (plant::LoopModel& m : e.samples) {
+        m.transmitter.low = plan_.pv - 0.5 * kBeyond * plan_.pv_span;
+        m.transmitter.high = plan_.pv + 0.5 * kBeyond * plan_.pv_span;
+      }
+    }
+    plan_.beyond = estimator::propose_test(plan_.explanations, start, parallel).plan;
     return std::move(plan_);
   }
 
@@ -68,7 +79,8 @@ class TestPlanner {
   // The process that the search for a band has found.
   plant::LoopModel believed() {
     const double block_s = loop_.period_s * static_cast<double>(d_.band.factor);
-    const double most = *std::max_element(d_.band.log_likelihood.begin(), d_.band.log_likelihood.end());
+    const double most =
+        *std::max_element(d_.band.log_likelihood.begin(), d_.band.log_likelihood.end());
     const estimator::BandProcess& found = most > 0.0 ? d_.band.process : d_.band.without;
     const bool integrates = found.pole >= 1.0;
     plant::LoopModel m;
@@ -76,22 +88,27 @@ class TestPlanner {
     p.kind = integrates ? plant::ProcessKind::integrating : plant::ProcessKind::self_regulating;
     p.gain = integrates ? found.gain / block_s : found.gain;
     // A lag below the sample time can't be seen.
-    p.time_constant_s = block_s * (integrates || found.pole <= 0.0 ? 0.5 : -1.0 / std::log(found.pole));
+    p.time_constant_s =
+        block_s * (integrates || found.pole <= 0.0 ? 0.5 : -1.0 / std::log(found.pole));
     p.dead_time_s = block_s * static_cast<double>(found.delay - 1);
-    const double lag_s = p.time_constant_s + p.dead_time_s;
     if (!integrates) p.level = plan_.pv - p.gain * mean_of_last(co_);
     // The planner's sizes are shares of this range.
     const double co = mean_of_last(co_);
-    m.controller.pid.output_low = co - 0.5 * kSizesPerBand * plan_.band;
-    m.controller.pid.output_high = co + 0.5 * kSizesPerBand * plan_.band;
+    m.controller.pid.output_low = co - 0.5 * kBandsOfSpan * plan_.band;
+    m.controller.pid.output_high = co + 0.5 * kBandsOfSpan * plan_.band;
     m.controller.pid.action = p.gain > 0.0 ? control::Action::reverse : control::Action::direct;
-    // Settings that are tight enough to be at rest before the move.
     const double gain = std::abs(p.gain);
-    const double kp = integrates ? 1.0 / (gain * 2.0 * std::max(lag_s, block_s))
-                                 : p.time_constant_s / (gain * 2.0 * lag_s);
-    m.controller.pid.gains.kp = kp;
-    m.controller.pid.gains.ki = kp / (integrates ? 8.0 * std::max(lag_s, block_s) : p.time_constant_s);
-    m.sample_time_s = loop_.period_s * std::max(1.0, std::floor(plant::answer_s(m) / kStepsPerAnswer / loop_.period_s));
+    // Settings that are tight enough to be at rest before the move.
+    const auto tune = [&](double lag_s) {
+      control::PidGains& pid = m.controller.pid.gains;
+      pid.kp = integrates ? 1.0 / (gain * 2.0 * (lag_s + p.dead_time_s))
+                          : lag_s / (gain * 2.0 * (lag_s + p.dead_time_s));
+      pid.ki = pid.kp / (integrates ? 8.0 * (lag_s + p.dead_time_s) : lag_s);
+    };
+    tune(p.time_constant_s);
+    const double step_s = std::max(kByHand_s, plant::answer_s(m) / kStepsPerAnswer);
+    m.sample_time_s = loop_.period_s * std::max(1.0, std::floor(step_s / loop_.period_s));
+    tune(std::max(p.time_constant_s, m.sample_time_s));
     const numeric::Range seen = numeric::range_of(pv_);
     plan_.pv_span_known = loop_.pv_range.has_value();
     if (plan_.pv_span_known) {
@@ -107,6 +124,8 @@ class TestPlanner {
       m.transmitter.high = plan_.pv + 0.5 * span;
     }
     plan_.pv_span = m.transmitter.span();
+    m.controller.set_point.low = m.transmitter.low;
+    m.controller.set_point.high = m.transmitter.high;
     return m;
   }
 
@@ -121,13 +140,15 @@ class TestPlanner {
       error[k] = pv_[k] - plant.process_variable();
       plant.step(co_[k]);
     }
-    const auto slow = static_cast<std::size_t>(std::clamp(
-        kSlow * plant::answer_s(model_) / loop_.period_s, 4.0, static_cast<double>(pv_.size() / 4)));
+    const auto slow =
+        static_cast<std::size_t>(std::clamp(kSlow * plant::answer_s(model_) / loop_.period_s, 4.0,
+                                            static_cast<double>(pv_.size() / 4)));
     const double fast = difference(error, 1);
     const double far = difference(error, slow);
-    const double intensity_squared = std::max(0.0, (far * far - fast * fast) /
-                                                       (loop_.period_s * static_cast<double>(slow - 1)));
-    const double noise = std::sqrt(0.5 * std::max(0.0, fast * fast - intensity_squared * loop_.period_s));
+    const double intensity_squared =
+        std::max(0.0, (far * far - fast * fast) / (loop_.period_s * static_cast<double>(slow - 1)));
+    const double noise =
+        std::sqrt(0.5 * std::max(0.0, fast * fast - intensity_squared * loop_.period_s));
     const double averaged = model_.sample_time_s / loop_.period_s;
     return {.set_point = plan_.pv,
             .output = mean_of_last(co_),
@@ -182,8 +203,7 @@ class TestPlanner {
 double tested_band(const estimator::BandEvidence& found) {
   using Grid = estimator::BandGrid;
   if (!(found.share > 0.0)) return 0.0;
-  const double most =
-      *std::max_element(found.log_likelihood.begin(), found.log_likelihood.end());
+  const double most = *std::max_element(found.log_likelihood.begin(), found.log_likelihood.end());
   double sum = 0.0;
   double total = 0.0;
   for (std::size_t i = 0; i < Grid::kBands.size(); ++i) {
@@ -197,7 +217,9 @@ double tested_band(const estimator::BandEvidence& found) {
 
 std::optional<ValveTest> plan_valve_test(const Diagnosis& d, const TestedLoop& loop,
                                          const numeric::ParallelFor& parallel) {
-  if (!d.judged() || !(d.band.band > 0.0) || d.band.process.gain == 0.0 || d.band.without.gain == 0.0) return std::nullopt;
+  if (!d.judged() || !(d.band.band > 0.0) || d.band.process.gain == 0.0 ||
+      d.band.without.gain == 0.0)
+    return std::nullopt;
   return TestPlanner(d, loop).plan(parallel);
 }
 

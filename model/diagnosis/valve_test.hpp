@@ -9,8 +9,8 @@
 //   disturbance   differences of the error over `kSlow` times the response
 //
 // The error is PV minus a free run with the band. If no move within the limits tells all three
-// apart, a test is planned that only tells a band from a good valve. If that fails too, `why_not`
-// says so.
+// apart, a test is planned that only tells a band from a good valve. If that fails too, `beyond`
+// is a test that moves PV by up to 20 % of its span.
 //
 // Limits: the record gives no controller, so the loop is moved in manual. Errors: none; nullopt if
 // the record shows no band or no response of PV.
@@ -25,14 +25,16 @@
 namespace loopwarden::diagnosis {
 
 struct TestedLoop {
-  double period_s = 1.0;                           // of the record
-  std::array<double, 2> outputs{0.0, 100.0};       // CO units, ends of the range
+  double period_s = 1.0;                            // of the record
+  std::array<double, 2> outputs{0.0, 100.0};        // CO units, ends of the range
   std::optional<std::array<double, 2>> pv_range{};  // PV units, of the transmitter
 };
 
 struct ValveTest {
   std::vector<estimator::Explanation> explanations;  // that it tells apart
   estimator::Planned planned;
+  // Without a plan: the smallest test beyond the limits that tells a band from a good valve.
+  std::optional<estimator::TestPlan> beyond{};
   double pv_span = 0.0;        // PV units
   bool pv_span_known = false;  // otherwise gain times the span of CO
   double pv = 0.0;             // PV units, at the start

@@ -65,30 +65,16 @@ std::string expected_sentence(const TestPlan& plan) {
 }
 
 std::vector<std::array<double, 2>> outcomes_of(const TestPlan& plan) {
-  const double from = plan.moved.back();
-  std::size_t far = 0;
-  for (std::size_t k = 0; k < plan.moved.size(); ++k) {
-    // The first of the two largest moves of a reversal.
-    constexpr double kSame = 1e-9;
-    if ((plan.moved[k] - from) / plan.move.size > 1.0 - kSame) far = k;
-  }
   std::vector<std::array<double, 2>> changes;
   for (const estimator::Predicted& predicted : plan.predicted) {
     const std::vector<double>& pv = predicted.middle;
-    changes.push_back({pv[far] - pv.front(), pv.back() - pv.front()});
+    const double from = pv.front();
+    const double farthest = *std::max_element(pv.begin(), pv.end(), [&](double a, double b) {
+      return std::abs(a - from) < std::abs(b - from);
+    });
+    changes.push_back({farthest - from, pv.back() - from});
   }
   return changes;
-}
-
-std::string outcomes_sentence(const TestPlan& plan, const std::vector<std::string>& names) {
-  const std::vector<std::array<double, 2>> changes = outcomes_of(plan);
-  std::string text;
-  for (std::size_t i = 0; i < names.size(); ++i) {
-    text += fmt::format("{}{} {:+.2g} and {:+.2g}", i == 0 ? "" : ", ", names[i], changes[i][0],
-                        changes[i][1]);
-  }
-  return fmt::format(
-      "Expected change of PV before the return and at the end, PV units: {}.", text);
 }
 
 const char* allowed_by(double class_share) {
@@ -121,10 +107,10 @@ std::string test_yaml(const gap::NextTest& test, const std::string& model) {
       "duration: {:.6g}   # s\n"
       "expected: {{probability_right: {:.3f}, probability_wrong: {:.3f}, pv_swing: {:.4g}, "
       "output_swing: {:.4g}}}\n",
-      test_sentence(test.plan), nlohmann::json(model).dump(), names, estimator::to_text(plan.move.kind),
-      plan.moved.back(), manual ? "CO units" : "PV units", plan.move.size,
-      manual ? "CO units" : "PV units", plan.move.hold_s, plan.duration_s, plan.probability_right,
-      plan.probability_wrong, plan.pv_swing, plan.output_swing);
+      test_sentence(test.plan), nlohmann::json(model).dump(), names,
+      estimator::to_text(plan.move.kind), plan.moved.back(), manual ? "CO units" : "PV units",
+      plan.move.size, manual ? "CO units" : "PV units", plan.move.hold_s, plan.duration_s,
+      plan.probability_right, plan.probability_wrong, plan.pv_swing, plan.output_swing);
 }
 
 }  // namespace loopwarden::workbench

@@ -16,11 +16,8 @@ std::string competing_names(const gap::NextTest& test);
 std::string test_sentence(const estimator::TestPlan& plan);
 // How often it decides, and how far PV and CO move.
 std::string expected_sentence(const estimator::TestPlan& plan);
-// The change of PV that each explanation predicts. `names`: of the explanations.
-std::string outcomes_sentence(const estimator::TestPlan& plan,
-                              const std::vector<std::string>& names);
-// Changes of PV from the start of the test to the end of its largest move, and to its end, PV
-// units: median of each explanation.
+// Changes of PV from the start of the test, PV units: the largest one, and the one at the end.
+// Median of each explanation.
 std::vector<std::array<double, 2>> outcomes_of(const estimator::TestPlan& plan);
 // Who may allow a test of this class: technician, operator or test day.
 const char* allowed_by(double class_share);
