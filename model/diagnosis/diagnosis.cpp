@@ -9,7 +9,7 @@
 #include "model/diagnosis/limits.hpp"
 #include "model/diagnosis/hold_evidence.hpp"
 #include "model/diagnosis/time_scales.hpp"
-#include "model/diagnosis/valve_test.hpp"
+#include "model/diagnosis/deciding_test.hpp"
 #include "model/estimator/slip_jump.hpp"
 #include "model/numeric/statistics.hpp"
 #include "model/numeric/enum_name.hpp"

@@ -35,7 +35,7 @@ struct Diagnosis {
   Grade grade = Grade::none;  // of a valve effect
   std::string reason;     // why there is no verdict on the valve: not_enough_data, cant_tell, gates
   std::string settle;     // the remedy
-  bool testable = false;  // undecided, and a move of CO can decide (valve_test.hpp)
+  bool testable = false;  // undecided, and a move of CO can decide (deciding_test.hpp)
   LoopType loop_type = LoopType::unknown;
   double probability = 0.5;  // of a valve effect
   ValveEvidence evidence;

@@ -96,7 +96,7 @@ void plan_test(DiagnosedLoop& loop) {
   if (const auto& range = loop.imports[like.import].ranges[index_of(record::Role::pv)]) {
     about.pv_range = {range->first, range->second};
   }
-  loop.test = diagnosis::plan_valve_test(like.diagnosis, about, on_threads(1));
+  loop.test = diagnosis::plan_deciding_test(like.diagnosis, about, on_threads(1));
 }
 
 }  // namespace loopwarden::workbench

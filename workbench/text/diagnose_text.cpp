@@ -10,7 +10,7 @@
 #include "model/diagnosis/limits.hpp"
 #include "model/effects/catalogue.hpp"
 #include "workbench/text/import_json.hpp"
-#include "workbench/text/valve_test_text.hpp"
+#include "workbench/text/deciding_test_text.hpp"
 
 namespace loopwarden::workbench {
 namespace {
@@ -136,7 +136,7 @@ Diagnosis for_loop(const DiagnosedLoop& loop) {
   d.grade = loop.verdict.grade;
   d.cause = loop.verdict.cause;
   d.reason = loop.verdict.reason;
-  d.settle = loop.test ? valve_test_text(*loop.test, loop.co_range) : loop.verdict.settle;
+  d.settle = loop.test ? deciding_test_text(*loop.test, loop.co_range) : loop.verdict.settle;
   d.probability = loop.verdict.probability;
   return d;
 }
@@ -210,7 +210,7 @@ nlohmann::json diagnosis_json(const DiagnosedLoop& loop) {
   nlohmann::json result = json_of(whole, whole.probability, span);
   result["co_range"] = loop.co_range;
   result["next_test"] =
-      loop.test ? valve_test_json(*loop.test, loop.co_range) : nlohmann::json(nullptr);
+      loop.test ? deciding_test_json(*loop.test, loop.co_range) : nlohmann::json(nullptr);
   if (loop.pushed_by) result["pushed_by"] = *loop.pushed_by;
   if (!loop.imports.empty()) {
     // Of several files, uses the one whose result the verdict has.

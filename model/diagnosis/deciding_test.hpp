@@ -30,7 +30,7 @@ struct TestedLoop {
   std::optional<std::array<double, 2>> pv_range{};  // PV units, of the transmitter
 };
 
-struct ValveTest {
+struct DecidingTest {
   std::vector<estimator::Explanation> explanations;  // that it tells apart
   estimator::Planned planned;
   // Without a plan: the smallest test beyond the limits that tells a band from a good valve.
@@ -45,7 +45,7 @@ struct ValveTest {
 // Mean over the likelihood of the bands of a sticking valve, CO units.
 double tested_band(const estimator::BandEvidence& found);
 
-std::optional<ValveTest> plan_valve_test(const Diagnosis& diagnosis, const TestedLoop& loop,
-                                         const numeric::ParallelFor& parallel);
+std::optional<DecidingTest> plan_deciding_test(const Diagnosis& diagnosis, const TestedLoop& loop,
+                                               const numeric::ParallelFor& parallel);
 
 }  // namespace loopwarden::diagnosis

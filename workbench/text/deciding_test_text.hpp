@@ -6,14 +6,15 @@
 #include <string>
 #include <vector>
 
-#include "model/diagnosis/valve_test.hpp"
+#include "model/diagnosis/deciding_test.hpp"
 
 namespace loopwarden::workbench {
 
 // What to do and what to expect, or why no test decides.
-std::string valve_test_text(const diagnosis::ValveTest& test, const std::vector<double>& co_range);
-// `next_test` of diagnose and survey.
-nlohmann::json valve_test_json(const diagnosis::ValveTest& test,
+std::string deciding_test_text(const diagnosis::DecidingTest& test,
                                const std::vector<double>& co_range);
+// `next_test` of diagnose and survey.
+nlohmann::json deciding_test_json(const diagnosis::DecidingTest& test,
+                                  const std::vector<double>& co_range);
 
 }  // namespace loopwarden::workbench

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "workbench/text/valve_test_text.hpp"
+#include "workbench/text/deciding_test_text.hpp"
 
 #include <fmt/format.h>
 
@@ -11,7 +11,7 @@
 namespace loopwarden::workbench {
 namespace {
 
-std::vector<std::string> names_of(const diagnosis::ValveTest& test) {
+std::vector<std::string> names_of(const diagnosis::DecidingTest& test) {
   if (test.names_effect) return {"stiction", "backlash", "good valve"};
   return {"stiction or backlash", "good valve"};
 }
@@ -19,7 +19,7 @@ std::vector<std::string> names_of(const diagnosis::ValveTest& test) {
 double percent(double part, double whole) { return 100.0 * std::abs(part) / whole; }
 
 // The move, who may allow it, and what it shows.
-std::string plan_text(const diagnosis::ValveTest& test, const estimator::TestPlan& plan,
+std::string plan_text(const diagnosis::DecidingTest& test, const estimator::TestPlan& plan,
                       double co_span) {
   const double good = outcomes_of(plan).back()[0];
   return fmt::format(
@@ -41,7 +41,8 @@ std::string plan_text(const diagnosis::ValveTest& test, const estimator::TestPla
 
 }  // namespace
 
-std::string valve_test_text(const diagnosis::ValveTest& test, const std::vector<double>& co_range) {
+std::string deciding_test_text(const diagnosis::DecidingTest& test,
+                               const std::vector<double>& co_range) {
   const double co_span = co_range[1] - co_range[0];
   if (const auto& plan = test.planned.plan) {
     return fmt::format("{} Permission: {}.", plan_text(test, *plan, co_span),
@@ -60,10 +61,10 @@ std::string valve_test_text(const diagnosis::ValveTest& test, const std::vector<
                      plan_text(test, *test.beyond, co_span));
 }
 
-nlohmann::json valve_test_json(const diagnosis::ValveTest& test,
-                               const std::vector<double>& co_range) {
+nlohmann::json deciding_test_json(const diagnosis::DecidingTest& test,
+                                  const std::vector<double>& co_range) {
   const double co_span = co_range[1] - co_range[0];
-  nlohmann::json out = {{"text", valve_test_text(test, co_range)},
+  nlohmann::json out = {{"text", deciding_test_text(test, co_range)},
                         {"band_percent_of_span", percent(test.band, co_span)},
                         {"pv_span", test.pv_span},
                         {"pv_span_known", test.pv_span_known},

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "model/diagnosis/valve_test.hpp"
+#include "model/diagnosis/deciding_test.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -50,7 +50,7 @@ class TestPlanner {
     model_ = believed();
   }
 
-  ValveTest plan(const numeric::ParallelFor& parallel) {
+  DecidingTest plan(const numeric::ParallelFor& parallel) {
     const estimator::TestStart start = start_of();
     const auto with = [&](std::vector<estimator::Explanation> explanations) {
       plan_.explanations = std::move(explanations);
@@ -194,7 +194,7 @@ class TestPlanner {
   const TestedLoop& loop_;
   const Series& pv_;
   const Series& co_;
-  ValveTest plan_;
+  DecidingTest plan_;
   plant::LoopModel model_;
 };
 
@@ -215,8 +215,8 @@ double tested_band(const estimator::BandEvidence& found) {
   return sum / total * found.band / found.share;
 }
 
-std::optional<ValveTest> plan_valve_test(const Diagnosis& d, const TestedLoop& loop,
-                                         const numeric::ParallelFor& parallel) {
+std::optional<DecidingTest> plan_deciding_test(const Diagnosis& d, const TestedLoop& loop,
+                                               const numeric::ParallelFor& parallel) {
   if (!d.judged() || !(d.band.band > 0.0) || d.band.process.gain == 0.0 ||
       d.band.without.gain == 0.0)
     return std::nullopt;
