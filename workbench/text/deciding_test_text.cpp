@@ -46,7 +46,7 @@ std::string deciding_test_text(const diagnosis::DecidingTest& test,
   const double co_span = co_range[1] - co_range[0];
   if (const auto& plan = test.planned.plan) {
     return fmt::format("{} Permission: {}.", plan_text(test, *plan, co_span),
-                       allowed_by(plan->class_share));
+                       allowed_by(plan->pv_swing / test.pv_span));
   }
   const std::string none =
       fmt::format("No move of CO decides and keeps PV within 5 % of its span ({:.3g}{}).",
@@ -81,7 +81,7 @@ nlohmann::json deciding_test_json(const diagnosis::DecidingTest& test,
   out["size_in_bands"] = std::abs(plan.move.size) / test.band;
   out["hold_s"] = plan.move.hold_s;
   out["duration_s"] = plan.duration_s;
-  out["allowed_by"] = within ? nlohmann::json(allowed_by(plan.class_share)) : nullptr;
+  out["allowed_by"] = within ? nlohmann::json(allowed_by(plan.pv_swing / test.pv_span)) : nullptr;
   out["pv_swing"] = plan.pv_swing;
   out["pv_swing_percent_of_span"] = percent(plan.pv_swing, test.pv_span);
   out["probability_right"] = plan.probability_right;

@@ -77,8 +77,8 @@ std::vector<std::array<double, 2>> outcomes_of(const TestPlan& plan) {
   return changes;
 }
 
-const char* allowed_by(double class_share) {
-  return class_share < 0.02 ? "technician" : class_share < 0.04 ? "operator" : "test day";
+const char* allowed_by(double pv_share) {
+  return pv_share <= 0.01 ? "technician" : pv_share <= 0.03 ? "operator" : "test day";
 }
 
 std::string next_class_sentence(const gap::NextTest& test) {

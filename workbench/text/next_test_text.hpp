@@ -19,8 +19,9 @@ std::string expected_sentence(const estimator::TestPlan& plan);
 // Changes of PV from the start of the test, PV units: the largest one, and the one at the end.
 // Median of each explanation.
 std::vector<std::array<double, 2>> outcomes_of(const estimator::TestPlan& plan);
-// Who may allow a test of this class: technician, operator or test day.
-const char* allowed_by(double class_share);
+// Who may allow a test that moves PV by this share of its span: technician (1 %), operator (3 %) or
+// test day.
+const char* allowed_by(double pv_share);
 // The next larger class, or an empty text.
 std::string next_class_sentence(const gap::NextTest& test);
 // next_test.yaml. `model`: the path of the loop model that the test was planned with.

@@ -58,8 +58,10 @@ TEST_CASE("a test of the valve has a size of the loop's band, and a class", "[de
 }
 
 TEST_CASE("the same loop in other units of CO gets the same test", "[deciding_test]") {
-  const std::optional<DecidingTest> percent = plan_deciding_test(sticking(1.0), loop_of(1.0), in_order);
-  const std::optional<DecidingTest> volts = plan_deciding_test(sticking(0.1), loop_of(0.1), in_order);
+  const std::optional<DecidingTest> percent =
+      plan_deciding_test(sticking(1.0), loop_of(1.0), in_order);
+  const std::optional<DecidingTest> volts =
+      plan_deciding_test(sticking(0.1), loop_of(0.1), in_order);
   REQUIRE(percent);
   REQUIRE(volts);
   REQUIRE(percent->planned.plan);
