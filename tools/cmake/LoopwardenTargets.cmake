@@ -12,6 +12,8 @@ target_compile_options(loopwarden_flags INTERFACE
   # tools/rt_gate.py reads the program that ships: every jump through a pointer in it is then a call
   # of an interface.
   -fno-jump-tables)
+# A program loads only the shared libraries that it calls.
+target_link_options(loopwarden_flags INTERFACE -Wl,--as-needed)
 # g++ 12 warns of overlapping copies inside std::string's operator+ at -O2 and above (GCC bug 105651).
 if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND CMAKE_CXX_COMPILER_VERSION VERSION_LESS 13)
   target_compile_options(loopwarden_flags INTERFACE -Wno-restrict)
