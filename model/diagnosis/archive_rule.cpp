@@ -52,6 +52,7 @@ void mind_archive(Diagnosis& d, double sees_from_co, double co_span) {
   d.grade = Grade::none;
   d.reason = kHiddenReason;
   d.settle = kHiddenSettle;
+  d.testable = false;
 }
 
 void mind_archive(LoopVerdict& verdict, const Diagnosis& like, double sees_from_co,
@@ -64,6 +65,7 @@ void mind_archive(LoopVerdict& verdict, const Diagnosis& like, double sees_from_
   verdict.grade = Grade::none;
   verdict.reason = kHiddenReason;
   verdict.settle = kHiddenSettle;
+  verdict.testable = false;
 }
 
 }  // namespace loopwarden::diagnosis

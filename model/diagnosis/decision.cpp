@@ -33,7 +33,6 @@ ValveDecision decide(const ValveEvidence& e) {
   if (band && !external && !jumps && e.explained < Limits::kExplainedFrom) {
     d.undecided = true;
     d.reason = "a band predicts PV from sample to sample, but not its movement";
-    d.settle = kManualSteps;
     return d;
   }
   if (band && !external) {
@@ -48,15 +47,13 @@ ValveDecision decide(const ValveEvidence& e) {
                      "external oscillation; all other evidence indicates a sticking valve"
                    : "the loop cycles with a constant period: a sticking valve and a regular load "
                      "under tight control look alike";
-    d.settle = "the loop in manual for some cycles: if the cycle ends, the valve sticks";
+    d.by_cycle = true;
     return d;
   }
   if (external) d.probability = std::min(d.probability, Limits::kDecidedBelow);
   if (d.probability <= Limits::kDecidedBelow) return d;
   d.undecided = true;
   d.reason = "a valve with a band explains this record about as well as one without";
-  d.settle =
-      std::string(kManualSteps) + "; or an hour more of routine data with set points that move";
   return d;
 }
 

@@ -22,10 +22,6 @@ struct ValveEvidence {
   Reversals reversals{};
 };
 
-// The test that settles most undecided cases.
-inline constexpr const char* kManualSteps =
-    "in manual, step CO by 2 % up, then by 2 % up and down again, and look when PV answers";
-
 enum class Grade : std::uint8_t { none, likely, seen };
 const char* to_text(Grade grade) noexcept;
 
@@ -33,8 +29,8 @@ struct ValveDecision {
   double probability = 0.5;  // of a valve effect
   Grade grade = Grade::none;
   bool undecided = false;
-  std::string reason;  // if undecided: the reason
-  std::string settle;  // if undecided: the remedy
+  bool by_cycle = false;  // if undecided: only the end of the cycle in manual decides
+  std::string reason;     // if undecided: the reason
 };
 
 ValveDecision decide(const ValveEvidence& evidence);

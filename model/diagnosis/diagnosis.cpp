@@ -9,9 +9,11 @@
 #include "model/diagnosis/limits.hpp"
 #include "model/diagnosis/hold_evidence.hpp"
 #include "model/diagnosis/time_scales.hpp"
+#include "model/diagnosis/deciding_test.hpp"
 #include "model/estimator/slip_jump.hpp"
 #include "model/numeric/statistics.hpp"
 #include "model/numeric/enum_name.hpp"
+#include "model/numeric/text.hpp"
 
 namespace loopwarden::diagnosis {
 namespace {
@@ -102,6 +104,7 @@ void conclude(Diagnosis& d) {
   d.cause = d.alternative = Cause::none;
   d.reason.clear();
   d.settle.clear();
+  d.testable = false;
   d.oscillating = cycles(d.prepared);
   const ValveDecision decision = decide(d.evidence);
   d.probability = decision.probability;
@@ -112,7 +115,17 @@ void conclude(Diagnosis& d) {
   } else if (decision.undecided) {
     d.verdict = DiagnosisVerdict::cant_tell;
     d.reason = decision.reason;
-    d.settle = decision.settle;
+    d.testable = !decision.by_cycle;
+    d.settle = decision.by_cycle
+                   ? numeric::text(
+                         "the loop in manual for %.3g s (three cycles): if the cycle ends, the "
+                         "valve sticks",
+                         3.0 * d.prepared.period_s)
+                   : numeric::text(
+                         "in manual, move CO by %.3g CO units (%.2g times a band that would "
+                         "explain the record) in three equal steps and back; or an hour more "
+                         "of routine data with set points that move",
+                         Limits::kCrossedBands * tested_band(d.band), Limits::kCrossedBands);
   } else if (d.oscillating || d.evidence.reversals.by() == ReversalsBy::time ||
              d.evidence.reversals.by() == ReversalsBy::clockwork) {
     d.oscillating = true;
@@ -266,6 +279,7 @@ LoopVerdict judge_loop(std::span<const Diagnosis> windows) {
     const auto seen = [](const Diagnosis& d) { return d.grade == Grade::seen; };
     loop.verdict = DiagnosisVerdict::valve_effect;
     loop.grade = 2 * count(seen) >= count(effect) ? Grade::seen : Grade::likely;
+    loop.testable = loop.grade == Grade::likely;
     double stiction = 0.0;  // nats
     for (const Diagnosis& d : windows) {
       if (effect(d)) stiction += logit(std::clamp(d.stiction_share, 0.01, 0.99));
@@ -297,6 +311,7 @@ LoopVerdict judge_loop(std::span<const Diagnosis> windows) {
     const Diagnosis& d = windows[loop.like];
     loop.reason = undecided(d) ? d.reason : "the windows of the loop contradict each other";
     loop.settle = undecided(d) ? d.settle : "more windows of the same loop in its present state";
+    loop.testable = d.testable;
   } else if (2 * count(other) >= judged) {
     loop.verdict = DiagnosisVerdict::other_cause;
     loop.like = first(other);

@@ -33,8 +33,9 @@ const char* to_text(DiagnosisVerdict verdict) noexcept;
 struct Diagnosis {
   DiagnosisVerdict verdict = DiagnosisVerdict::not_enough_data;
   Grade grade = Grade::none;  // of a valve effect
-  std::string reason;  // why there is no verdict on the valve: not_enough_data, cant_tell, gates
-  std::string settle;  // the remedy
+  std::string reason;     // why there is no verdict on the valve: not_enough_data, cant_tell, gates
+  std::string settle;     // the remedy
+  bool testable = false;  // undecided, and a move of CO can decide (deciding_test.hpp)
   LoopType loop_type = LoopType::unknown;
   double probability = 0.5;  // of a valve effect
   ValveEvidence evidence;
@@ -72,6 +73,7 @@ struct LoopVerdict {
   double probability = 0.5;
   std::string reason;
   std::string settle;
+  bool testable = false;  // as in Diagnosis; also of a likely effect
   std::size_t like =
       0;  // the window most like the verdict; its size and evidence represent the loop
   std::size_t since =

@@ -100,6 +100,9 @@ struct DiagnosisLimits {
   static constexpr double kSizeScale = 1.15;
   static constexpr double kSizeFactor = 1.6;
 
+  // Bands that CO travels so that a reversal shows (docs/math/valve-evidence.md).
+  static constexpr double kCrossedBands = 1.6;
+
   // Archives.
   static constexpr double kHideAllPercent = 3.0;    // of the CO span
   static constexpr double kHideShareOfMoves = 0.3;  // of the range of CO

@@ -172,6 +172,12 @@ class Piece {
     return -0.5 * informative_ * samples() * std::log(left / samples()) -
            (models_[error].oscillates ? Grid::kResonance : 0.0);
   }
+  BandProcess process_of(const GridPoint& point) const {
+    const double gain = point.gain * scale_ / movement_;
+    return {.gain = gain * (point.pole < 1.0 ? 1.0 : kIntegration),
+            .pole = point.pole,
+            .delay = point.delay};
+  }
   // Returns the share of PV's variance that the point explains in free run, with the gain that fits
   // best: a slip moves PV farther than the band does.
   double explained(const GridPoint& point) const;
@@ -269,10 +275,9 @@ BandEvidence Piece::evidence() const {
   found.band = found.share * movement_;
   found.low *= movement_;
   found.high *= movement_;
-  found.gain = point.gain * scale_ / movement_ * (point.pole < 1.0 ? 1.0 : kIntegration);
-  found.pole = point.pole;
+  found.process = process_of(point);
+  found.without = process_of(best_[0]);
   found.error = models_[point.error];
-  found.delay = point.delay;
   found.explained = explained(point);
   found.explained_without = explained(best_[0]);
   double without_co = kNone;

@@ -58,6 +58,13 @@ struct ErrorModel {
   bool oscillates = false;
 };
 
+// The process of one point of the grid.
+struct BandProcess {
+  double gain = 0.0;      // PV units per CO unit; for an integrating process per sample too
+  double pole = 0.0;      // per sample; 1 integrates
+  std::size_t delay = 0;  // samples
+};
+
 struct BandEvidence {
   double log_odds = 0.0;  // nats, mean over the pieces, each within kLeastNats to kMostNats
   double decided = 0.0;   // weight of a piece in the mean, 0 to 1
@@ -67,11 +74,10 @@ struct BandEvidence {
   double low = 0.0;       // CO units, 5 % of the likelihood is below
   double high = 0.0;      // CO units, 5 % of the likelihood is above
   double share = 0.0;     // band over the movement of CO
-  double gain = 0.0;      // PV units per CO unit; for an integrating process per sample too
-  double pole = 0.0;      // per sample
-  std::size_t delay = 0;  // samples
+  BandProcess process{};  // with the most likely band
+  BandProcess without{};  // without a band
   ErrorModel error{};
-  std::size_t factor = 1;    // samples averaged into one; pole and delay are of these
+  std::size_t factor = 1;    // samples averaged into one; the processes are of these
   double information = 0.0;  // nats per sample by which CO predicts PV
   double explained = 0.0;    // of PV's variance, slow movement removed, by the band in free run
   double explained_without = 0.0;  // the same without a band

@@ -89,11 +89,11 @@ class JumpSums {
  private:
   void sum_over_processes(bool follows) {
     for (const double lag : JumpGrid::kLags) {
-      const double pole = 1.0 - std::min(1.0, (1.0 - found_.pole) / lag);
+      const double pole = 1.0 - std::min(1.0, (1.0 - found_.process.pole) / lag);
       pass_process(stem_, pole, rest_of(stem_, pole), response_);
       whiten(response_, found_.error, white_);
-      for (std::size_t delay = std::max<std::size_t>(2, found_.delay) - 1;
-           delay <= found_.delay + 1; ++delay) {
+      for (std::size_t delay = std::max<std::size_t>(2, found_.process.delay) - 1;
+           delay <= found_.process.delay + 1; ++delay) {
         sum_over_delay(delay, follows);
       }
     }

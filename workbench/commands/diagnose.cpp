@@ -147,6 +147,7 @@ void name_pushing(const DiagnoseOptions& options, std::vector<TimedLoop> records
   }
   loop.verdict.verdict = diagnosis::DiagnosisVerdict::other_cause;
   loop.verdict.cause = diagnosis::Cause::neighbour;
+  loop.verdict.testable = false;
   loop.verdict.reason = follows_text(*loop.pushed_by);
 }
 
@@ -192,6 +193,7 @@ int run_diagnose(const DiagnoseOptions& options) {
   }
   judge_together(loop);
   if (!options.neighbours.empty()) name_pushing(options, std::move(compared), loop);
+  plan_test(loop);
   if (!options.report.empty()) {
     write_output(options.report, diagnosis_page(loop), options.records);
   }

@@ -142,7 +142,7 @@ void print_result(const gap::Result& r, const GapOptions& options) {
   }
   if (r.next_test) {
     fmt::print("Next test ({}): {}\n{}\n", competing_names(*r.next_test),
-               test_sentence(*r.next_test), expected_sentence(*r.next_test));
+               test_sentence(r.next_test->plan), expected_sentence(r.next_test->plan));
   } else if (!r.why_no_test.empty()) {
     fmt::print("No small test decides. {}\n", r.why_no_test);
   }

@@ -305,7 +305,7 @@ class Page {
     if (!result_.next_test) return;
     const gap::NextTest& test = *result_.next_test;
     add("<h2>Next test: {}</h2><p>{}</p><p>{} {}</p>", escaped(competing_names(test)),
-        escaped(test_sentence(test)), escaped(expected_sentence(test)),
+        escaped(test_sentence(test.plan)), escaped(expected_sentence(test.plan)),
         escaped(next_class_sentence(test)));
     const bool manual = estimator::in_manual(test.plan.move.kind);
     Chart chart{.title = "PV that each explanation predicts, 90 % of its tests",

@@ -7,7 +7,6 @@
 #include <nlohmann/json.hpp>
 #include <array>
 
-#include "model/diagnosis/decision.hpp"
 #include "model/diagnosis/group.hpp"
 #include "workbench/command_line/frame.hpp"
 #include "workbench/survey/neighbours.hpp"
@@ -69,7 +68,9 @@ NextStep next_step(const json& loop) {
                         day_of(loop["outcome"]), loop["outcome"]["percent_of_span"].get<double>())};
   }
   if (is(loop, "verdict", "valve_effect") && is(loop, "grade", "likely")) {
-    return {"test the valve", diagnosis::kManualSteps};
+    const json test = loop.value("next_test", json());  // null: no response of PV was found
+    return {"test the valve", test.is_object() ? test.at("text").get<std::string>()
+                                               : "PV hardly answers to CO: stroke the valve"};
   }
   if (is(loop, "verdict", "valve_effect")) {
     return {"repair",

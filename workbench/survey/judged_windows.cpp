@@ -6,6 +6,7 @@
 #include <span>
 
 #include "model/diagnosis/diagnosis.hpp"
+#include "workbench/command_line/frame.hpp"
 
 namespace loopwarden::workbench {
 namespace {
@@ -85,6 +86,17 @@ std::vector<diagnosis::Diagnosis> judge_together(DiagnosedLoop& loop) {
   }
   loop.verdict = verdict_of(loop, each, 0, each.size());
   return each;
+}
+
+void plan_test(DiagnosedLoop& loop) {
+  if (!loop.verdict.testable) return;
+  const DiagnosedWindow& like = loop.windows[loop.verdict.like];
+  diagnosis::TestedLoop about{.period_s = like.period_s,
+                              .outputs = {loop.co_range[0], loop.co_range[1]}};
+  if (const auto& range = loop.imports[like.import].ranges[index_of(record::Role::pv)]) {
+    about.pv_range = {range->first, range->second};
+  }
+  loop.test = diagnosis::plan_deciding_test(like.diagnosis, about, on_threads(1));
 }
 
 }  // namespace loopwarden::workbench

@@ -31,6 +31,9 @@ DiagnosedWindow judge_stretch(const record::Record& r, Stretch stretch, diagnosi
 // windows. `imports` of the loop must be set.
 std::vector<diagnosis::Diagnosis> judge_together(DiagnosedLoop& loop);
 
+// Plans the test that decides, for a likely or undecided valve.
+void plan_test(DiagnosedLoop& loop);
+
 // Returns the verdict of some of the windows that judge_together has returned.
 diagnosis::LoopVerdict verdict_of(const DiagnosedLoop& loop,
                                   const std::vector<diagnosis::Diagnosis>& each, std::size_t first,

@@ -277,6 +277,7 @@ json judge_loop(record::Imported imported, const SurveySettings& settings) {
   const std::vector<Stretch> stretches = judge_stretches(imported, kind, loop);
   const std::vector<Stretch> cuts = cuts_of(imported.record, settings.window_s);
   const std::vector<SurveyWindow> windows = judged_windows(imported.record, stretches, cuts, loop);
+  plan_test(loop);
   const DiagnosedWindow& like = loop.windows[loop.verdict.like];
   const json diagnosed = diagnosis_json(loop);
   const std::optional<double> since_s = since(loop);
@@ -309,7 +310,7 @@ json judge_loop(record::Imported imported, const SurveySettings& settings) {
   out["nonlinearity"] =
       rounded(median_of(windows, [](const SurveyWindow& w) { return w.nonlinearity; }));
   for (const char* key : {"verdict", "grade", "effects", "cause", "reason", "settle", "evidence",
-                          "against", "probability", "oscillating", "period_s"}) {
+                          "against", "probability", "oscillating", "period_s", "next_test"}) {
     out[key] = diagnosed.at(key);
   }
   if (diagnosed.contains("size_trend")) out["size_trend"] = diagnosed.at("size_trend");

@@ -10,6 +10,7 @@
 #include "model/diagnosis/limits.hpp"
 #include "model/effects/catalogue.hpp"
 #include "workbench/text/import_json.hpp"
+#include "workbench/text/deciding_test_text.hpp"
 
 namespace loopwarden::workbench {
 namespace {
@@ -135,7 +136,7 @@ Diagnosis for_loop(const DiagnosedLoop& loop) {
   d.grade = loop.verdict.grade;
   d.cause = loop.verdict.cause;
   d.reason = loop.verdict.reason;
-  d.settle = loop.verdict.settle;
+  d.settle = loop.test ? deciding_test_text(*loop.test, loop.co_range) : loop.verdict.settle;
   d.probability = loop.verdict.probability;
   return d;
 }
@@ -208,6 +209,8 @@ nlohmann::json diagnosis_json(const DiagnosedLoop& loop) {
   const Diagnosis whole = for_loop(loop);
   nlohmann::json result = json_of(whole, whole.probability, span);
   result["co_range"] = loop.co_range;
+  result["next_test"] =
+      loop.test ? deciding_test_json(*loop.test, loop.co_range) : nlohmann::json(nullptr);
   if (loop.pushed_by) result["pushed_by"] = *loop.pushed_by;
   if (!loop.imports.empty()) {
     // Of several files, uses the one whose result the verdict has.
@@ -286,7 +289,7 @@ std::string diagnosis_text(const DiagnosedLoop& loop) {
   if (const std::string contra = against(d); !contra.empty()) {
     text += fmt::format("against it: {}\n", contra);
   }
-  if (!d.settle.empty() && d.verdict != DiagnosisVerdict::valve_effect) {
+  if (!d.settle.empty() && d.grade != Grade::seen) {
     text += fmt::format("next step to decide: {}\n", d.settle);
   }
   if (loop.windows.size() > 1) {

@@ -9,6 +9,7 @@
 
 #include "record/import/constant_period.hpp"
 #include "model/diagnosis/diagnosis.hpp"
+#include "model/diagnosis/deciding_test.hpp"
 
 namespace loopwarden::workbench {
 
@@ -29,6 +30,7 @@ struct DiagnosedLoop {
   std::vector<record::ImportNotes> imports{};  // of each record
   // Loops that disturb it, strongest first. nullopt: no other loop had the same time base.
   std::optional<std::vector<std::string>> pushed_by{};
+  std::optional<diagnosis::DecidingTest> test{};  // of a likely or undecided valve
 };
 
 // Returns a time of a window's file: by the plant's clock if the export has one, otherwise in s.

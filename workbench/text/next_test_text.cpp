@@ -32,8 +32,7 @@ std::string competing_names(const gap::NextTest& test) {
   return names;
 }
 
-std::string test_sentence(const gap::NextTest& test) {
-  const TestPlan& plan = test.plan;
+std::string test_sentence(const TestPlan& plan) {
   const bool manual = estimator::in_manual(plan.move.kind);
   const double from = plan.moved.back();
   const std::string what = manual ? "In manual, move the output" : "In automatic, move SP";
@@ -57,13 +56,29 @@ std::string test_sentence(const gap::NextTest& test) {
   }
 }
 
-std::string expected_sentence(const gap::NextTest& test) {
+std::string expected_sentence(const TestPlan& plan) {
   return fmt::format(
       "It decides rightly with probability {:.2f} and wrongly with {:.2f}, takes {}, and moves PV "
-      "by "
-      "at most {:.3g} PV units and CO by {:.3g} CO units.",
-      test.plan.probability_right, test.plan.probability_wrong, time_text(test.plan.duration_s),
-      test.plan.pv_swing, test.plan.output_swing);
+      "by at most {:.3g} PV units and CO by {:.3g} CO units.",
+      plan.probability_right, plan.probability_wrong, time_text(plan.duration_s), plan.pv_swing,
+      plan.output_swing);
+}
+
+std::vector<std::array<double, 2>> outcomes_of(const TestPlan& plan) {
+  std::vector<std::array<double, 2>> changes;
+  for (const estimator::Predicted& predicted : plan.predicted) {
+    const std::vector<double>& pv = predicted.middle;
+    const double from = pv.front();
+    const double farthest = *std::max_element(pv.begin(), pv.end(), [&](double a, double b) {
+      return std::abs(a - from) < std::abs(b - from);
+    });
+    changes.push_back({farthest - from, pv.back() - from});
+  }
+  return changes;
+}
+
+const char* allowed_by(double pv_share) {
+  return pv_share <= 0.01 ? "technician" : pv_share <= 0.03 ? "operator" : "test day";
 }
 
 std::string next_class_sentence(const gap::NextTest& test) {
@@ -92,10 +107,10 @@ std::string test_yaml(const gap::NextTest& test, const std::string& model) {
       "duration: {:.6g}   # s\n"
       "expected: {{probability_right: {:.3f}, probability_wrong: {:.3f}, pv_swing: {:.4g}, "
       "output_swing: {:.4g}}}\n",
-      test_sentence(test), nlohmann::json(model).dump(), names, estimator::to_text(plan.move.kind),
-      plan.moved.back(), manual ? "CO units" : "PV units", plan.move.size,
-      manual ? "CO units" : "PV units", plan.move.hold_s, plan.duration_s, plan.probability_right,
-      plan.probability_wrong, plan.pv_swing, plan.output_swing);
+      test_sentence(test.plan), nlohmann::json(model).dump(), names,
+      estimator::to_text(plan.move.kind), plan.moved.back(), manual ? "CO units" : "PV units",
+      plan.move.size, manual ? "CO units" : "PV units", plan.move.hold_s, plan.duration_s,
+      plan.probability_right, plan.probability_wrong, plan.pv_swing, plan.output_swing);
 }
 
 }  // namespace loopwarden::workbench

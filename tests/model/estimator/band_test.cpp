@@ -63,7 +63,7 @@ TEST_CASE("units, direction and averaging keep the evidence", "[band]") {
   const BandEvidence scaled = find_band(run.pv, run.co, kPeriod);
   CHECK(scaled.log_odds == Approx(before.log_odds).margin(0.1));
   CHECK(scaled.band == Approx(0.16 * before.band).epsilon(0.01));
-  CHECK(scaled.gain == Approx(-70.0 / 0.16 * before.gain).epsilon(0.01));
+  CHECK(scaled.process.gain == Approx(-70.0 / 0.16 * before.process.gain).epsilon(0.01));
   // A slow loop that was logged fast is averaged.
   std::vector<double> pv, co;
   for (std::size_t k = 0; k < 4 * run.pv.size(); ++k) {

@@ -58,14 +58,21 @@ TEST_CASE("a smooth cycle in the open records is no valve effect") {
   }
 }
 
-TEST_CASE("an undecided record gives cant_tell and a test that would decide") {
+TEST_CASE("an undecided record gives cant_tell and a test of the size of its band") {
   const nlohmann::json open = verdict_of("r21.csv");
   CHECK(open.at("verdict") == "cant_tell");
   CHECK(open.at("effects").empty());
   CHECK(open.at("cause").is_null());
   CHECK(open.at("grade").is_null());
   CHECK(open.at("reason").get<std::string>().find("about as well") != std::string::npos);
-  CHECK(open.at("settle").get<std::string>().find("step CO by 2 %") != std::string::npos);
+  const nlohmann::json& test = open.at("next_test");
+  CHECK(open.at("settle") == test.at("text"));
+  CHECK(test.at("size_in_bands").get<double>() < 3.0);
+  CHECK(test.at("size").get<double>() == Approx(test.at("size_in_bands").get<double>() *
+                                                test.at("band_percent_of_span").get<double>()));
+  CHECK(
+      std::set<std::string>{"technician", "operator", "test day"}.contains(test.at("allowed_by")));
+  CHECK(test.at("expected").size() >= 2);
 }
 
 TEST_CASE("several files of one loop get one verdict, with the windows and the time since") {

@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "workbench/text/deciding_test_text.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "workbench/text/next_test_text.hpp"
+
+namespace loopwarden::workbench {
+namespace {
+
+std::vector<std::string> names_of(const diagnosis::DecidingTest& test) {
+  if (test.names_effect) return {"stiction", "backlash", "good valve"};
+  return {"stiction or backlash", "good valve"};
+}
+
+double percent(double part, double whole) { return 100.0 * std::abs(part) / whole; }
+
+// The move, who may allow it, and what it shows.
+std::string plan_text(const diagnosis::DecidingTest& test, const estimator::TestPlan& plan,
+                      double co_span) {
+  const double good = outcomes_of(plan).back()[0];
+  return fmt::format(
+      "{} That is {:.2g} % of the CO span, or {:.2g} times the band. PV can deviate by {:.2g}, "
+      "which is {:.2g} % of its span ({:.3g}{}). Expected with {} Of 100 simulated tests, {:.0f} "
+      "decide rightly.",
+      test_sentence(plan), percent(plan.move.size, co_span), std::abs(plan.move.size) / test.band,
+      plan.pv_swing, percent(plan.pv_swing, test.pv_span), test.pv_span,
+      test.pv_span_known ? "" : ", assumed",
+      test.names_effect
+          ? fmt::format("a good valve: PV follows by {:+.2g} and returns; with stiction: PV rests, "
+                        "then jumps; with backlash: PV rests after each turn, then follows.",
+                        good)
+          : fmt::format("a good valve: PV follows by {:+.2g} and returns; with stiction or "
+                        "backlash: PV misses the move, or does not return.",
+                        good),
+      100.0 * plan.probability_right);
+}
+
+}  // namespace
+
+std::string deciding_test_text(const diagnosis::DecidingTest& test,
+                               const std::vector<double>& co_range) {
+  const double co_span = co_range[1] - co_range[0];
+  if (const auto& plan = test.planned.plan) {
+    return fmt::format("{} Permission: {}.", plan_text(test, *plan, co_span),
+                       allowed_by(plan->pv_swing / test.pv_span));
+  }
+  const std::string none =
+      fmt::format("No move of CO decides and keeps PV within 5 % of its span ({:.3g}{}).",
+                  test.pv_span, test.pv_span_known ? "" : ", assumed");
+  if (!test.beyond) {
+    return fmt::format(
+        "{} Neither does one within 20 %: the disturbance hides a band of {:.2g} "
+        "% of the CO span. Record an hour with set points that move.",
+        none, percent(test.band, co_span));
+  }
+  return fmt::format("{} The smallest move that decides needs a test day of its own: {}", none,
+                     plan_text(test, *test.beyond, co_span));
+}
+
+nlohmann::json deciding_test_json(const diagnosis::DecidingTest& test,
+                                  const std::vector<double>& co_range) {
+  const double co_span = co_range[1] - co_range[0];
+  nlohmann::json out = {{"text", deciding_test_text(test, co_range)},
+                        {"band_percent_of_span", percent(test.band, co_span)},
+                        {"pv_span", test.pv_span},
+                        {"pv_span_known", test.pv_span_known},
+                        {"move", nullptr}};
+  const bool within = test.planned.plan.has_value();
+  if (!within && !test.beyond) return out;
+  const estimator::TestPlan& plan = within ? *test.planned.plan : *test.beyond;
+  const std::vector<std::string> names = names_of(test);
+  const std::vector<std::array<double, 2>> changes = outcomes_of(plan);
+  out["move"] = estimator::to_text(plan.move.kind);
+  out["from"] = plan.moved.back();
+  out["size"] = plan.move.size;
+  out["size_percent_of_span"] = percent(plan.move.size, co_span);
+  out["size_in_bands"] = std::abs(plan.move.size) / test.band;
+  out["hold_s"] = plan.move.hold_s;
+  out["duration_s"] = plan.duration_s;
+  out["allowed_by"] = within ? nlohmann::json(allowed_by(plan.pv_swing / test.pv_span)) : nullptr;
+  out["pv_swing"] = plan.pv_swing;
+  out["pv_swing_percent_of_span"] = percent(plan.pv_swing, test.pv_span);
+  out["probability_right"] = plan.probability_right;
+  out["probability_wrong"] = plan.probability_wrong;
+  out["expected"] = nlohmann::json::array();
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    out["expected"].push_back({{"if", names[i]}, {"pv_change", changes[i]}});
+  }
+  return out;
+}
+
+}  // namespace loopwarden::workbench
