@@ -222,7 +222,8 @@ void FeedServer::take(Peer& peer, std::string_view line) {
            .is_word = is_word,
            .quality = quality_of(fed.quality),
            .reason = reason_of(fed.reason),
-           .stamp_s = fed.time_s.value_or(kNone)},
+           .stamp_s = fed.time_s.value_or(kNone),
+           .source = fed.source},
           arrival);
       if (put == Feeder::Put::taken) ++taken;
     }

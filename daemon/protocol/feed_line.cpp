@@ -69,6 +69,9 @@ FedValue value_of(const json& object) {
   fed.time_s = number_at(object, "time");
   fed.quality = quality_of(object);
   fed.reason = reason_of(object);
+  if (const auto source = object.find("source"); source != object.end() && source->is_string()) {
+    fed.source = source->get_ref<const std::string&>().substr(0, FedValue::kLongestSource);
+  }
   if (!fed.value && fed.word.empty() && fed.quality != FedValue::Quality::bad) {
     throw RequestError("value may be null with quality bad only");
   }
@@ -100,6 +103,7 @@ json json_of(const FedValue& fed) {
   if (!fed.word.empty()) object["value"] = fed.word;
   if (fed.time_s) object["time"] = *fed.time_s;
   if (fed.reason != FedValue::Reason::source) object["reason"] = to_text(fed.reason);
+  if (!fed.source.empty()) object["source"] = fed.source;
   return object;
 }
 

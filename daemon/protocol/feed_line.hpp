@@ -10,6 +10,8 @@
 // - `reason`, with quality bad: "timeout" (no message for too long), "death" (the source's death
 //   was reported) or "link" (the feeder lost the source's network). Absent: the source reports bad
 //   quality itself.
+// - `source`, with quality bad: the part that is lost, such as "broker mqtt://10.0.0.5", at most 128
+//   bytes. Loops with the same lost source share one alarm.
 // - `id`, a number or a text of at most 64 bytes, requests an answer: {"id": 7, "ok": true,
 //   "taken": 1} or {"id": 7, "ok": false, "error": "..."}.
 //
@@ -26,7 +28,8 @@
 namespace loopwarden::protocol {
 
 struct FedValue {
-  static constexpr std::size_t kLongestWord = 64;  // bytes
+  static constexpr std::size_t kLongestWord = 64;     // bytes
+  static constexpr std::size_t kLongestSource = 128;  // bytes
   enum class Quality : std::uint8_t { good, uncertain, bad };
   enum class Reason : std::uint8_t { source, timeout, death, link };
   std::string name{};
@@ -35,6 +38,7 @@ struct FedValue {
   std::optional<double> time_s{};  // finite, since 1970
   Quality quality = Quality::good;
   Reason reason = Reason::source;  // if quality is bad or uncertain
+  std::string source{};            // the lost part; empty: not known
 };
 
 struct FeedLine {

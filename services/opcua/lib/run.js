@@ -38,6 +38,7 @@ export async function run(config, log, ended) {
       const text = error instanceof Untrusted || error instanceof Expired ? error.message : plainly(error);
       if (text !== said) log.error(`${config.url}: ${text}`);
       said = text;
+      watch.lost();
     } finally {
       await server?.close();
     }

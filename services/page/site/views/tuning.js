@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // A loop's gains: those in force, those of the file, and, for an engineer, the proposals of the rules and their effect.
-import {GAINS, against, answersOf, fileLines, firstChoice, gainUnits, integralTime, sameGains, sickness} from '../lib/tuning.js';
+import {GAINS, against, answersOf, fileLines, firstChoice, gainUnits, integralTime, sameGains, sickness, sticks} from '../lib/tuning.js';
 import {NONE, duration, fixed, percent, significant} from '../lib/format.js';
 import {Trend} from '../lib/trend.js';
 import {el, facts, icon, scroller, table} from '../lib/dom.js';
@@ -11,6 +11,7 @@ import {wall} from '../lib/shell.js';
 import {changeName, fill, texts} from '../texts.js';
 
 const t = texts.tuning;
+const MOST_MS = 2; // above it the loop has little margin: the user must confirm it
 const nameOf = (trial) => (trial.rule ? t.rules[trial.rule] ?? trial.rule : t.today);
 
 // The lines to paste, with a reminder that a restart drops values that are not in the file.
@@ -70,6 +71,10 @@ class Proposals {
     this.box = el('div', {class: 'panes'});
     this.apply = el('div', {class: 'hands'});
     const sick = sickness(live.alarms, this.loop.tag).map(changeName).join(', ');
+    if (sticks(live.alarms, this.loop.tag)) {
+      this.#clear(el('p', {class: 'sick'}, icon('high'), ' ', fill(t.sticks, {alarms: sick})), this.#about());
+      return;
+    }
     this.#clear(this.#choices(), this.#about(), sick ? el('p', {class: 'sick'}, icon('low'), ' ', fill(t.sick, {alarms: sick})) : '', this.#table(), el('p', {class: 'soft small'}, fill(t.steps, {most: answer.most_sensitivity})), this.box, this.apply);
     this.#draw();
   }
@@ -123,7 +128,7 @@ class Proposals {
     this.trend.show(drawn, [0, drawn.t.at(-1)]);
     const old = answer.in_force.in_force;
     this.apply.replaceChildren(!trial || sameGains(trial.gains, old) ? el('p', {class: 'soft'}, t.nothing)
-      : el('button', {type: 'button', class: 'main', click: () => tune(loop, old, trial.gains, this.after)}, fill(t.apply, {rule: then})));
+      : el('button', {type: 'button', class: 'main', click: () => tune(loop, old, trial.gains, this.after, trial.sensitivity > MOST_MS || trial.sensitivity === null ? trial.sensitivity ?? Infinity : null)}, fill(t.apply, {rule: then})));
   }
 }
 
