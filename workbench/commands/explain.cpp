@@ -67,6 +67,9 @@ void print_result(const json& e, const std::string& folder) {
   if (const json& first = e.at("first"); !first.is_null()) {
     fmt::print("Action: {}\n", first.at("remedy").get<std::string>());
   }
+  if (!e.at("next_test").is_null()) {
+    fmt::print("{}\n", e.at("next_test").at("text").get<std::string>());
+  }
   if (!e.at("final_name").is_null()) {
     fmt::print("{} is {}\n", e.at("alarm").get<std::string>(),
                e.at("final_name").get<std::string>());

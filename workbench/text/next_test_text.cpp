@@ -81,6 +81,21 @@ const char* allowed_by(double pv_share) {
   return pv_share <= 0.01 ? "technician" : pv_share <= 0.03 ? "operator" : "test day";
 }
 
+std::string decision_sentence(const gap::NextTest& test) {
+  std::string names;
+  std::string outcomes;
+  const std::vector<std::array<double, 2>> changes = outcomes_of(test.plan);
+  for (std::size_t i = 0; i < test.explanations.size(); ++i) {
+    const std::string name = title_of(test.explanations[i].effects);
+    names += (i == 0 ? "" : i + 1 == test.explanations.size() ? " and " : ", ") + name;
+    outcomes += fmt::format("{}{:+.3g} with {}", i == 0 ? "" : ", ", changes[i][0], name);
+  }
+  return fmt::format(
+      "To decide between {}: {} Expected: PV moves by {} (PV units). {:.0f} of 100 such tests "
+      "decide rightly.",
+      names, test_sentence(test.plan), outcomes, 100.0 * test.plan.probability_right);
+}
+
 std::string next_class_sentence(const gap::NextTest& test) {
   if (!test.next_class) return {};
   return fmt::format("With PV moved by up to {:.0f} % of its span, the probability is {:.2f}.",

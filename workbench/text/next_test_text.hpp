@@ -14,6 +14,8 @@ namespace loopwarden::workbench {
 std::string competing_names(const gap::NextTest& test);
 // What to move, by how much and how long.
 std::string test_sentence(const estimator::TestPlan& plan);
+// "To decide between stiction and backlash: in automatic, ... Expected: ..."
+std::string decision_sentence(const gap::NextTest& test);
 // How often it decides, and how far PV and CO move.
 std::string expected_sentence(const estimator::TestPlan& plan);
 // Changes of PV from the start of the test, PV units: the largest one, and the one at the end.
