@@ -21,7 +21,9 @@
 #include "workbench/files/model_file.hpp"
 #include "workbench/files/output_files.hpp"
 #include "workbench/report/gap_report.hpp"
+#include "workbench/report/next_test_section.hpp"
 #include "workbench/text/explanation_json.hpp"
+#include "workbench/text/next_test_text.hpp"
 
 namespace loopwarden::workbench {
 namespace {
@@ -131,6 +133,16 @@ int run_explain(const ExplainOptions& options) {
         .seconds_of_work =
             std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(),
         .version = LOOPWARDEN_VERSION};
+    if (const auto& test = explanation.result.next_test) {
+      files.add(folder / "next_test.yaml", test_yaml(*test, "twin.yaml"));
+      files.add(folder / "slip.html", test_slip_html(raised.loop, *test));
+      std::string text = out["next_test"]["text"];
+      text += raised.elsewhere
+                  ? fmt::format(" For the operator: {}.", (folder / "slip.html").string())
+                  : fmt::format(" Command: loopwarden valve-test {} --plan {} --live", raised.loop,
+                                (folder / "next_test.yaml").string());
+      out["next_test"]["text"] = std::move(text);
+    }
     files.add(folder / "report.html", gap_report_html(explanation.result, context));
     files.add(folder / "explanation.json", out.dump(2) + "\n");
     files.commit();

@@ -82,18 +82,32 @@ const char* allowed_by(double pv_share) {
 }
 
 std::string decision_sentence(const gap::NextTest& test) {
+  const TestPlan& plan = test.plan;
+  // The moment at which the explanations differ most.
+  std::size_t telling = 0;
+  double most = -1.0;
+  for (std::size_t k = 0; k < plan.time_s.size(); ++k) {
+    double low = plan.predicted.front().middle[k];
+    double high = low;
+    for (const estimator::Predicted& one : plan.predicted) {
+      low = std::min(low, one.middle[k]);
+      high = std::max(high, one.middle[k]);
+    }
+    if (high - low > most) {
+      most = high - low;
+      telling = k;
+    }
+  }
   std::string names;
   std::string outcomes;
-  const std::vector<std::array<double, 2>> changes = outcomes_of(test.plan);
   for (std::size_t i = 0; i < test.explanations.size(); ++i) {
     const std::string name = title_of(test.explanations[i].effects);
     names += (i == 0 ? "" : i + 1 == test.explanations.size() ? " and " : ", ") + name;
-    outcomes += fmt::format("{}{:+.3g} with {}", i == 0 ? "" : ", ", changes[i][0], name);
+    outcomes += fmt::format("{}{:.4g} with {}", i == 0 ? "" : ", ",
+                            plan.predicted[i].middle[telling], name);
   }
-  return fmt::format(
-      "To decide between {}: {} Expected: PV moves by {} (PV units). {:.0f} of 100 such tests "
-      "decide rightly.",
-      names, test_sentence(test.plan), outcomes, 100.0 * test.plan.probability_right);
+  return fmt::format("To decide between {}: {} Expected PV {} after the start: {}.", names,
+                     test_sentence(plan), time_text(plan.time_s[telling]), outcomes);
 }
 
 std::string next_class_sentence(const gap::NextTest& test) {
