@@ -7,6 +7,7 @@
 #include <array>
 #include <nlohmann/json.hpp>
 #include <type_traits>
+#include <utility>
 
 #include "daemon/console/readings.hpp"
 #include "daemon/console/request.hpp"
@@ -54,6 +55,7 @@ const OperatorCommands::Command* OperatorCommands::find(std::string_view name) n
       Command{"tune", kLimited(Need::tuning), call<&To::loops_, &LoopCommands::tune>},
       Command{"order", kLimited(Need::any), call<&To::loops_, &LoopCommands::order>},
       Command{"commissioning", kControlOnly, call<&To::sessions_, &SessionCommands::commissioning>},
+      Command{"test_result", kControlOnly, call<&To::sessions_, &SessionCommands::test_result>},
       Command{"record", kControlOnly, call<&To::records_, &RecordCommands::record>},
       Command{"report", kLimited(Need::reports), call<&To::records_, &RecordCommands::report>},
       Command{"alarm", kLimited(Need::alarms), call<&To::alarms_, &AlarmCommands::alarm>},
@@ -73,9 +75,10 @@ const OperatorCommands::Command* OperatorCommands::find(std::string_view name) n
 }
 
 OperatorCommands::OperatorCommands(const Plant& plant, const Archive& archive,
-                                   const DaemonInfo& info, Operations& operations)
+                                   const DaemonInfo& info, Operations& operations,
+                                   SessionClock clock)
     : loops_(plant, archive.journal, operations),
-      sessions_(plant, archive.journal, loops_),
+      sessions_(plant, archive.journal, loops_, operations, std::move(clock)),
       records_(plant, archive, info),
       alarms_(plant, archive.journal),
       reloads_(operations) {}
@@ -94,7 +97,7 @@ LocalServer::Answer OperatorCommands::answer(std::string_view name, const json& 
 
 void OperatorCommands::collect(Commissioning::Clock::time_point now) {
   loops_.collect();
-  sessions_.end_silent(now);
+  sessions_.end_sessions(now);
   records_.end_records(now);
 }
 

@@ -20,8 +20,9 @@ namespace loopwarden::daemon::console {
 // control.sock only.
 class OperatorCommands {
  public:
-  OperatorCommands(const Plant& plant, const Archive& archive, const DaemonInfo& info,
-                   Operations& operations);
+  OperatorCommands(
+      const Plant& plant, const Archive& archive, const DaemonInfo& info, Operations& operations,
+      SessionClock clock = [] { return Commissioning::Clock::now(); });
   OperatorCommands(const OperatorCommands&) = delete;
   OperatorCommands& operator=(const OperatorCommands&) = delete;
 
@@ -33,7 +34,7 @@ class OperatorCommands {
   base::LocalServer::Answer answer(std::string_view name, const nlohmann::json& request,
                                    const Sender& sender);
 
-  // Receives the answers of the loops, and ends silent sessions and records whose time is over.
+  // Receives the answers of the loops, and ends sessions, tests and records whose time is over.
   void collect(Commissioning::Clock::time_point now = Commissioning::Clock::now());
   // Records every command without an answer as not taken, because the loops have ended.
   void close() { loops_.close(); }

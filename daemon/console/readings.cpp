@@ -128,10 +128,11 @@ std::optional<std::int64_t> signed_count(const protocol::Maybe<std::uint64_t>& c
 
 journal::JournalEntry::Kind wanted_kind(const std::string& name) {
   using Kind = journal::JournalEntry::Kind;
-  for (const Kind kind : {Kind::alarm, Kind::operator_action, Kind::register_write, Kind::system}) {
+  for (const Kind kind :
+       {Kind::alarm, Kind::operator_action, Kind::register_write, Kind::test, Kind::system}) {
     if (name == journal::to_text(kind)) return kind;
   }
-  throw RequestError("kind is alarm, operator, register or system");
+  throw RequestError("kind is alarm, operator, register, test or system");
 }
 
 journal::JournalQuery wanted_lines(const protocol::JournalRequest& request) {

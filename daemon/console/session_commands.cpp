@@ -24,9 +24,13 @@ protocol::Commissioning SessionCommands::commissioning(
   check_takes_commands(plant_, index);
   const bool ends = request.end.value_or(false);
   if (ends && !request.session) throw RequestError("end needs the session");
+  if (request.test && !request.session)
+    return {tests_.begin(index, *request.test, sender, clock_())};
+  if (request.session && tests_.runs_on(index)) return in_test(request, index);
+  if (request.move) throw RequestError("move needs the session of a test");
   if (request.withhold_s && !ends) check_withholding(request, index);
-  const std::uint64_t session = loop.commissioning->take(
-      request.session, sender.peer, plant_.alarms.now_ms(), Commissioning::Clock::now());
+  const std::uint64_t session =
+      loop.commissioning->take(request.session, sender.peer, plant_.alarms.now_ms(), clock_());
   if (ends) {
     loop.commissioning->give_back();
     write_down(index, false, sender.peer);
@@ -35,6 +39,34 @@ protocol::Commissioning SessionCommands::commissioning(
   if (!request.session) write_down(index, true, sender.peer);
   if (request.withhold_s) withhold(index, *request.withhold_s, sender.peer);
   return {session};
+}
+
+// Moves or ends the loop's test, or shows a sign of life.
+protocol::Commissioning SessionCommands::in_test(const protocol::CommissioningRequest& request,
+                                                 std::size_t loop) {
+  const std::uint64_t session =
+      plant_.loops[loop].commissioning->take(request.session, {}, plant_.alarms.now_ms(), clock_());
+  if (request.end.value_or(false)) {
+    tests_.end(loop, "as planned");
+  } else if (request.move) {
+    tests_.move(loop, *request.move);
+  }
+  return {session};
+}
+
+base::LocalServer::Answer SessionCommands::test_result(const protocol::TestResultRequest& request,
+                                                       const Sender& sender) {
+  journal::JournalEntry line = operator_line(plant_, loop_index(plant_, request.loop), sender.peer);
+  line.kind = journal::JournalEntry::Kind::test;
+  line.what = "test result";
+  line.old_value = fmt::format("{}: {:.3f}", short_text(request.explanations, "explanations"),
+                               request.predicted);
+  line.new_value =
+      request.decided.empty()
+          ? "undecided"
+          : fmt::format("{}: {:.3f}", short_text(request.decided, "decided"), request.probability);
+  line.result = "done";
+  return when_written(journal_, protocol::Noted{}, journal_.post(std::move(line)), sender);
 }
 
 void SessionCommands::check_withholding(const protocol::CommissioningRequest& request,
@@ -56,8 +88,10 @@ void SessionCommands::withhold(std::size_t loop, double seconds, const std::stri
   journal_.post(std::move(line));
 }
 
-void SessionCommands::end_silent(Commissioning::Clock::time_point now) {
+void SessionCommands::end_sessions(Commissioning::Clock::time_point now) {
+  tests_.tick(now);
   for (std::size_t loop = 0; loop < plant_.loops.size(); ++loop) {
+    if (tests_.runs_on(loop)) continue;
     if (plant_.loops[loop].commissioning->silent(now)) {
       end_silent(loop, now);
     } else {

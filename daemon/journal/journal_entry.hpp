@@ -14,7 +14,7 @@ namespace loopwarden::daemon::journal {
 
 // One line of the journal. Fields that don't apply are empty.
 struct JournalEntry {
-  enum class Kind : std::uint8_t { alarm, operator_action, register_write, system };
+  enum class Kind : std::uint8_t { alarm, operator_action, register_write, test, system };
   Kind kind = Kind::system;
   std::int64_t utc_ms = 0;
   std::string loop;
@@ -38,6 +38,7 @@ constexpr const char* to_text(JournalEntry::Kind kind) noexcept {
     case JournalEntry::Kind::alarm: return "alarm";
     case JournalEntry::Kind::operator_action: return "operator";
     case JournalEntry::Kind::register_write: return "register";
+    case JournalEntry::Kind::test: return "test";
     case JournalEntry::Kind::system: break;
   }
   return "system";

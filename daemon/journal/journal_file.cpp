@@ -63,7 +63,7 @@ constexpr const char* kContains =
 
 JournalEntry::Kind kind_of(const std::string& text) {
   using Kind = JournalEntry::Kind;
-  for (const Kind kind : {Kind::alarm, Kind::operator_action, Kind::register_write}) {
+  for (const Kind kind : {Kind::alarm, Kind::operator_action, Kind::register_write, Kind::test}) {
     if (text == to_text(kind)) return kind;
   }
   return Kind::system;

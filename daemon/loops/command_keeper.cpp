@@ -65,11 +65,13 @@ void CommandKeeper::run() {
 }
 
 // Records the values in force in the loop. In manual a set point that follows PV is not a command.
+// During a test, a restart continues with the values from before the test.
 void CommandKeeper::see(std::size_t loop) {
   const LoopRuntime& runtime = loops_[loop];
   LastCommand& now = tracks_[loop].now;
-  now.commissioned = runtime.commissioning->holder().has_value();
-  if (now.commissioned) return;
+  const std::optional<Commissioning::Holder> holder = runtime.commissioning->holder();
+  now.commissioned = holder && holder->purpose == Commissioning::Purpose::work;
+  if (holder) return;
   const rt::LoopChannels& channels = *runtime.channels;
   const rt::LoopAvailability availability =
       rt::unpacked(channels.availability.load(std::memory_order_acquire));

@@ -26,11 +26,19 @@ class Commissioning {
   // `channels`: those of the loop; they must outlive this.
   explicit Commissioning(rt::LoopChannels& channels) noexcept : channels_(channels) {}
 
+  // work: the holder commands the loop. test: the daemon moves it, and restores it at the end.
+  enum class Purpose : std::uint8_t { work, test };
+
   // Takes the loop, or shows a sign of life with the loop's session. Returns the session. Throws
   // RequestError if another session has the loop, or the session has ended. `utc_ms`: time of the
   // start.
   std::uint64_t take(const std::optional<std::uint64_t>& session, const std::string& peer,
-                     std::int64_t utc_ms, Clock::time_point now);
+                     std::int64_t utc_ms, Clock::time_point now, Purpose purpose = Purpose::work);
+  // The session accepts no more requests, for this reason. The loop stays out of service until it
+  // is released.
+  void close(std::uint64_t session, const std::string& why);
+  // Returns whether this session has the loop, open or closed.
+  bool held_by(std::uint64_t session) const;
   // Releases the loop. Returns false if it was not taken.
   bool give_back();
   // Throws RequestError if a command with this session, or without one, must not move the loop.
@@ -48,6 +56,7 @@ class Commissioning {
     std::string by;
     std::int64_t since_ms;  // UTC
     double ends_in_s;       // without a sign of life; 0: the holder has been silent for too long
+    Purpose purpose;
   };
   std::optional<Holder> holder(Clock::time_point now = Clock::now()) const;
 
@@ -61,6 +70,7 @@ class Commissioning {
     std::int64_t since_ms;  // UTC
     Clock::time_point alive;
     bool silent;
+    Purpose purpose;
   };
   // Call it with the mutex held.
   void show_life(std::uint64_t session, Clock::time_point now);
@@ -69,6 +79,8 @@ class Commissioning {
   rt::LoopChannels& channels_;
   mutable std::mutex mutex_;
   std::optional<Held> held_;
+  std::uint64_t closed_ = 0;  // newest session that was closed for a reason
+  std::string why_closed_;
   // Starts at the present time, so that sessions of an earlier daemon are invalid.
   std::uint64_t newest_ = static_cast<std::uint64_t>(
       std::chrono::system_clock::now().time_since_epoch() / std::chrono::milliseconds(1));

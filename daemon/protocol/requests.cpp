@@ -33,6 +33,10 @@ void want_value(const json& value, const char* key, bool& flag) {
   flag = value.get<bool>();
 }
 void want_value(const json& value, const char*, Expected& expected) { value.get_to(expected); }
+void want_value(const json& value, const char* key, TestTerms& terms) {
+  if (!value.is_object()) throw RequestError(std::string(key) + " is an object");
+  value.get_to(terms);
+}
 void want_value(const json& value, const char* key, Gains& gains);
 
 template <class T>
@@ -135,11 +139,13 @@ PROTOCOL_REQUEST(ExplainRequest, loop, alarm)
 PROTOCOL_REQUEST(JournalRequest, most, before_id, kind, text, from_ms, to_ms, loop)
 PROTOCOL_REQUEST(SetRequest, loop, set_point, output, mode, jacket, expect, user, address, session)
 PROTOCOL_REQUEST(TuneRequest, loop, kp, ki, kd, expect, user, address)
-PROTOCOL_REQUEST(CommissioningRequest, loop, session, withhold_s, end)
+PROTOCOL_JSON(TestTerms, pv, co, moved, manual, longest_s, plan)
+PROTOCOL_REQUEST(CommissioningRequest, loop, session, test, move, withhold_s, end)
 PROTOCOL_REQUEST(OrderRequest, loop, order)
 PROTOCOL_REQUEST(AlarmRequest, loop, alarm, action, reason, minutes, user, address)
 PROTOCOL_REQUEST(AcknowledgeIncidentRequest, loop, incident, reason, user, address)
 PROTOCOL_REQUEST(AcknowledgeAllRequest, reason, user, address)
+PROTOCOL_REQUEST(TestResultRequest, loop, explanations, decided, predicted, probability)
 PROTOCOL_REQUEST(VetoRequest, loop, veto, reason, user, address)
 PROTOCOL_REQUEST(OutcomeRequest, loop, found, note)
 PROTOCOL_REQUEST(NoteRequest, loop, text, about_ms, user, address)

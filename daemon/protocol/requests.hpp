@@ -127,13 +127,24 @@ struct SetRequest {
   Maybe<std::uint64_t> session{};  // session of the user who commissions the loop
 };
 
+// A small test: the limits of its moves, and those that end it.
+struct TestTerms {
+  Range pv{}, co{};  // PV units; CO units; outside of them the test ends
+  Range moved{};     // limits of SP in PV units, or in manual of the output in CO units
+  bool manual = false;
+  double longest_s = 0.0;  // of the loop's time
+  std::string plan{};      // for the journal
+};
+
 // Takes a loop out of service for commissioning. With the session of the loop, it is a sign of
-// life.
+// life. With `test`, the daemon moves the loop as `move` requests, and restores it at the end.
 struct CommissioningRequest {
   static constexpr const char* kName = "commissioning";
   using Answer = Commissioning;
   std::string loop{};
   Maybe<std::uint64_t> session{};
+  Maybe<TestTerms> test{};
+  Maybe<double> move{};        // SP or output of the test
   Maybe<double> withhold_s{};  // duration for which commands are withheld
   Maybe<bool> end{};
 };
@@ -176,6 +187,14 @@ struct AcknowledgeAllRequest {
   static constexpr const char* kName = "acknowledge_all";
   using Answer = AllAcknowledged;
   Maybe<std::string> reason{}, user{}, address{};
+};
+
+// The decision of a test that has ended, for the journal.
+struct TestResultRequest {
+  static constexpr const char* kName = "test_result";
+  using Answer = Noted;
+  std::string loop{}, explanations{}, decided{};  // "stiction or backlash"; decided: empty: none
+  double predicted = kNone, probability = kNone;  // of a right decision; of `decided`
 };
 
 struct VetoRequest {

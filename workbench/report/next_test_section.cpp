@@ -19,8 +19,7 @@ using estimator::TestPlan;
 
 constexpr std::size_t kColumns = 150;  // of a drawing: the noise of single samples hides the bands
 constexpr double kWidth = 480.0;       // legible on a phone
-constexpr std::array<const char*, 3> kColours{palette::kBlue, palette::kVermilion,
-                                              palette::kGreen};
+constexpr std::array<const char*, 3> kColours{palette::kBlue, palette::kVermilion, palette::kGreen};
 
 std::vector<double> columns_of(const std::vector<double>& values) {
   const std::size_t count = std::min(kColumns, values.size());

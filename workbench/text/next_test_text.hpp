@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A proposed test in words, and as the file next_test.yaml.
+// A proposed test in words, and as the contents of next_test.yaml.
 #pragma once
 
 #include <array>
@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "model/gap/result.hpp"
+#include "workbench/files/test_plan_file.hpp"
 
 namespace loopwarden::workbench {
 
@@ -26,7 +27,8 @@ std::vector<std::array<double, 2>> outcomes_of(const estimator::TestPlan& plan);
 const char* allowed_by(double pv_share);
 // The next larger class, or an empty text.
 std::string next_class_sentence(const gap::NextTest& test);
-// next_test.yaml. `model`: the path of the loop model that the test was planned with.
-std::string test_yaml(const gap::NextTest& test, const std::string& model);
+// The plan of result.next_test, without loop, time and files. It ends the test at twice the
+// deviations that were simulated.
+TestPlanFile plan_file(const gap::Result& result);
 
 }  // namespace loopwarden::workbench
