@@ -236,6 +236,7 @@ protocol::Explanation told(const Explanation& e) {
           .since_s = e.since_s,
           .sentence = e.sentence,
           .remedy = e.remedy,
+          .next_test = e.next_test,
           .folder = e.folder.string()};
 }
 

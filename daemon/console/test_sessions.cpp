@@ -103,11 +103,10 @@ std::string TestSessions::why_beyond(const Test& test, double to) const {
   const rt::LoopSettings settings = plant_.loops[test.loop].settings->get();
   const control::ControllerSettings& limits = settings.controller;
   const char* const what = test.terms.manual ? "output" : "SP";
-  const Range allowed = test.terms.manual
-                            ? Range{limits.output.low, limits.output.high}
-                            : Range{limits.set_point.low, limits.set_point.high};
-  const double span = test.terms.manual ? limits.pid.output_span()
-                                        : settings.pv_check.high - settings.pv_check.low;
+  const Range allowed = test.terms.manual ? Range{limits.output.low, limits.output.high}
+                                          : Range{limits.set_point.low, limits.set_point.high};
+  const double span =
+      test.terms.manual ? limits.pid.output_span() : settings.pv_check.high - settings.pv_check.low;
   const double from = test.terms.manual ? test.output : test.set_point;
   if (!inside(to, test.terms.moved)) return outside(what, to, test.terms.moved);
   if (!inside(to, allowed)) return outside(what, to, allowed);
@@ -246,8 +245,7 @@ void TestSessions::restore_output(Test& test, Clock::time_point now) {
 // Returns the command that gives the loop its mode and set point back, and releases it. If a fault
 // requires manual, the loop waits there.
 rt::Command TestSessions::last_command(const Test& test) {
-  const bool tracks =
-      plant_.loops[test.loop].settings->get().controller.set_point_tracks_in_manual;
+  const bool tracks = plant_.loops[test.loop].settings->get().controller.set_point_tracks_in_manual;
   rt::Command command{.ends_commissioning = true};
   if (test.mode == Mode::manual) {
     command.mode = Mode::manual;

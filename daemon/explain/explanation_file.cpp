@@ -93,6 +93,10 @@ Explanation read_explanation(const std::filesystem::path& folder) {
       e.alternatives = first.at("alternatives").get<std::vector<std::string>>();
       e.remedy = first.at("remedy").get<std::string>();
     }
+    // Absent in files of earlier versions.
+    if (const json test = j.value("next_test", json()); !test.is_null()) {
+      e.next_test = test.at("text").get<std::string>();
+    }
     if (e.agrees) e.stick = stick_of(j.at("effects"));
     e.folder = folder;
     return e;
@@ -112,6 +116,7 @@ void write_not_explained(const Explanation& e) {
                      {"agrees", false},
                      {"from_s", nullptr},
                      {"sentence", e.sentence},
+                     {"next_test", nullptr},
                      {"first", nullptr}};
   replace_text(e.folder / "explanation.json",
                text.dump(2, ' ', false, json::error_handler_t::replace) + "\n");

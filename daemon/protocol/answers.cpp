@@ -23,7 +23,7 @@ PROTOCOL_JSON(AlarmFigures, from_ms, to_ms, came, per_hour, most_in_10_min, floo
               priorities, top, chattering, stale)
 PROTOCOL_JSON(Explanation, alarm, final_name, raised_ms, ended_ms, verdict, effect, size_percent,
               low_percent, high_percent, confidence, alternatives, gap_closed, agrees, since_s,
-              sentence, remedy, folder)
+              sentence, remedy, next_test, folder)
 
 PROTOCOL_JSON(JournalLine, id, utc_ms, kind, loop, alarm, from, to, severity_percent, peer, what,
               old_, new_, result, reason)

@@ -121,7 +121,7 @@ struct Explanation {
   double gap_closed = kNone;
   bool agrees = false;
   double since_s = kNone;
-  std::string sentence{}, remedy{}, folder{};
+  std::string sentence{}, remedy{}, next_test{}, folder{};
 };
 
 struct JournalLine {

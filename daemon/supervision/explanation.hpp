@@ -37,6 +37,7 @@ struct Explanation {
   std::vector<std::string> alternatives;
   std::string sentence;
   std::string remedy;            // recommended action; may be empty
+  std::string next_test;         // that decides between the likely explanations; may be empty
   std::filesystem::path folder;  // of the evidence
 };
 

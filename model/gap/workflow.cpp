@@ -16,6 +16,7 @@
 #include "model/gap/locate.hpp"
 #include "model/gap/logger.hpp"
 #include "model/gap/model_run.hpp"
+#include "model/gap/next_test.hpp"
 #include "model/gap/prove.hpp"
 #include "model/gap/record_check.hpp"
 #include "model/gap/say.hpp"
@@ -757,33 +758,20 @@ class Workflow {
         !record_.record.has_sp()) {
       return;
     }
-    std::vector<estimator::Explanation> competing;
-    std::vector<Probability> explanations;
+    std::vector<estimator::Explanation> likely;
     for (const Probability& h : result_.posterior) {
       const auto same =
           std::find_if(found_.explanations.begin(), found_.explanations.end(),
                        [&](const estimator::Explanation& e) { return e.effects == h.effects; });
-      if (h.probability < estimator::kCompetes || same == found_.explanations.end()) continue;
-      competing.push_back(*same);
-      competing.back().probability = h.probability;
-      explanations.push_back(h);
-      if (competing.size() == kMostCompeting) break;
+      if (same == found_.explanations.end()) continue;
+      likely.push_back(*same);
+      likely.back().probability = h.probability;
     }
-    if (competing.size() < 2) return;
-    const control::PidSettings& pid = model_.controller.pid;
-    const plant::TransmitterParameters& pv = model_.transmitter;
-    const estimator::Planned planned =
-        estimator::propose_test(competing,
-                                {.set_point = record_.sp.back(),
-                                 .output = record_.co.back(),
-                                 .set_points = {pv.low, pv.high},
-                                 .outputs = {pid.output_low, pid.output_high},
-                                 .noise_rms = found_.noise_rms,
-                                 .disturbance = result_.load_intensity,
-                                 .law_error = found_.law_error},
-                                parallel_);
-    result_.why_no_test = planned.why_not;
-    if (planned.plan) result_.next_test = {explanations, *planned.plan, planned.next};
+    estimator::TestStart start = test_start(model_, record_.sp.back(), record_.co.back());
+    start.noise_rms = found_.noise_rms;
+    start.disturbance = result_.load_intensity;
+    start.law_error = found_.law_error;
+    gap::plan_next_test(likely, start, parallel_, result_);
   }
 
   const Taken& taken_;

@@ -13,6 +13,7 @@
 #include "model/estimator/estimate.hpp"
 #include "model/gap/check.hpp"
 #include "model/gap/model_run.hpp"
+#include "model/gap/next_test.hpp"
 #include "model/gap/prove.hpp"
 #include "model/numeric/text.hpp"
 #include "model/plant/loop_model.hpp"
@@ -224,6 +225,7 @@ class Changes {
       result.after.holdout_rmse = found.chosen_left.holdout;
     }
     if (!effects.empty()) result.corrected = found.corrected;
+    if (record_.has_sp()) plan_test(found, model, parallel, result);
     for (const estimator::Found& effect : effects) {
       result.effects.push_back(shown(effect, found, out.closed));
     }
@@ -250,6 +252,18 @@ class Changes {
   static estimator::Interval moment_of(const estimator::Found& effect) {
     const auto time = effect.intervals.find("time");
     return time == effect.intervals.end() ? effect.moment : time->second;
+  }
+
+  void plan_test(const estimator::Estimate& found, const plant::LoopModel& model,
+                 const numeric::ParallelFor& parallel, gap::Result& result) const {
+    const auto likeliest =
+        std::find_if(found.ranked.begin(), found.ranked.end(),
+                     [&](const estimator::Ranked& one) { return one.title == found.chosen; });
+    estimator::TestStart start = gap::test_start(model, record_.sp.back(), checked_.co.back());
+    start.noise_rms = found.noise_rms;
+    if (likeliest != found.ranked.end()) start.disturbance = likeliest->error.disturbance;
+    start.law_error = found.law_error;
+    gap::plan_next_test(found.explanations, start, parallel, result);
   }
 
   gap::FoundEffect shown(const estimator::Found& effect, const estimator::Estimate& found,

@@ -221,6 +221,7 @@ void print_explanation(const protocol::Explanation& e) {
   }
   if (!e.alternatives.empty()) fmt::print("  as right: {}\n", fmt::join(e.alternatives, ", "));
   if (!e.remedy.empty()) fmt::print("  Action: {}\n", e.remedy);
+  if (!e.next_test.empty()) fmt::print("  {}\n", e.next_test);
   // An alarm without an explanation may have no report.
   fmt::print("  {}{}\n\n", e.folder, e.verdict == "not_explained" ? "" : "/report.html");
 }

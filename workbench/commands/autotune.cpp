@@ -107,6 +107,7 @@ void add_autotune(Program& program) {
   auto [command, o] = program.command(
       "autotune", "Find controller settings by a relay experiment, simulated or live",
       run_autotune);
+  command.required("target", o.bench.target, "loop model, YAML; with --live the tag of a loop");
   add_bench_options(command, o.bench);
   command.option("--amplitude", o.amplitude,
                  "amplitude of the relay, CO units; default: 5 % of the range", above_zero());

@@ -10,6 +10,9 @@ void check_limits(const BenchOptions& options) {
   const auto upside_down = [](const std::optional<double>& low, const std::optional<double>& high) {
     return low && high && !(*low < *high);
   };
+  if (options.live && !(options.low && options.high && options.pv_low && options.pv_high)) {
+    fail(kExitUsage, "--live needs --low, --high, --pv-low and --pv-high");
+  }
   if (upside_down(options.low, options.high) || upside_down(options.pv_low, options.pv_high)) {
     fail(kExitUsage, "--low must be below --high, and --pv-low below --pv-high");
   }
@@ -28,22 +31,13 @@ std::unique_ptr<TestBench> bench_of(const BenchOptions& options) {
 }
 
 void add_bench_options(Command& command, BenchOptions& options) {
-  command.required("target", options.target, "loop model, YAML; with --live the tag of a loop");
   command.socket(options.socket);
-  const Option low = command.option("--low", options.low, "lowest output of the test, CO units");
-  const Option high =
-      command.option("--high", options.high, "highest output of the test, CO units");
-  const Option pv_low =
-      command.option("--pv-low", options.pv_low, "PV units, below it the test ends");
-  const Option pv_high =
-      command.option("--pv-high", options.pv_high, "PV units, above it the test ends");
-  command
-      .flag("--live", options.live,
-            "test a loop of the running daemon: it is put in manual and restored afterwards")
-      .needs(low)
-      .needs(high)
-      .needs(pv_low)
-      .needs(pv_high);
+  command.option("--low", options.low, "lowest output of the test, CO units");
+  command.option("--high", options.high, "highest output of the test, CO units");
+  command.option("--pv-low", options.pv_low, "PV units, below it the test ends");
+  command.option("--pv-high", options.pv_high, "PV units, above it the test ends");
+  command.flag("--live", options.live,
+               "test a loop of the running daemon: it is restored afterwards");
 }
 
 }  // namespace loopwarden::workbench

@@ -20,9 +20,10 @@ struct BenchOptions {
   std::optional<double> pv_low, pv_high;  // PV units
 };
 
+// Adds all but the target.
 void add_bench_options(Command& command, BenchOptions& options);
 
-// Throws CommandError if a lower limit is not below its upper one.
+// Throws CommandError if a lower limit is not below its upper one, or if a live test has no limits.
 void check_limits(const BenchOptions& options);
 
 // Throws CommandError if the model is not usable, TestAborted if the loop is not.

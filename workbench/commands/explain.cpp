@@ -20,8 +20,11 @@
 #include "workbench/commands/subcommands.hpp"
 #include "workbench/files/model_file.hpp"
 #include "workbench/files/output_files.hpp"
+#include "workbench/files/test_plan_file.hpp"
 #include "workbench/report/gap_report.hpp"
+#include "workbench/report/next_test_section.hpp"
 #include "workbench/text/explanation_json.hpp"
+#include "workbench/text/next_test_text.hpp"
 
 namespace loopwarden::workbench {
 namespace {
@@ -67,6 +70,9 @@ void print_result(const json& e, const std::string& folder) {
   if (const json& first = e.at("first"); !first.is_null()) {
     fmt::print("Action: {}\n", first.at("remedy").get<std::string>());
   }
+  if (!e.at("next_test").is_null()) {
+    fmt::print("{}\n", e.at("next_test").at("text").get<std::string>());
+  }
   if (!e.at("final_name").is_null()) {
     fmt::print("{} is {}\n", e.at("alarm").get<std::string>(),
                e.at("final_name").get<std::string>());
@@ -76,6 +82,33 @@ void print_result(const json& e, const std::string& folder) {
                e.at("alarm").get<std::string>());
   }
   fmt::print("{0}/explanation.json, {0}/report.html\n", folder);
+}
+
+// Writes the plan of the test, with the record since the change, and for a watched loop a slip for
+// its operator. Returns how to carry it out.
+std::string write_next_test(const twin::Explanation& explanation, const record::Record& record,
+                            const Raised& raised, const fs::path& folder, OutputFiles& files) {
+  constexpr const char* kRecord = "next_test.record.csv";
+  const gap::NextTest& test = *explanation.result.next_test;
+  TestPlanFile plan = plan_file(explanation.result);
+  plan.loop = raised.loop;
+  plan.planned_at = std::chrono::duration_cast<std::chrono::seconds>(
+                        std::chrono::system_clock::now().time_since_epoch())
+                        .count();
+  plan.model = "twin.yaml";
+  plan.record = kRecord;
+  record::Record since;
+  static_cast<numeric::LoopRecord&>(since) = record.part(explanation.at, explanation.stretch.end);
+  for (std::size_t k = 0; k < since.size(); ++k) since.time_s.push_back(since.seconds_at(k));
+  record::write_record(since, files.stage(folder / kRecord));
+  files.add(folder / "next_test.yaml",
+            write_test_plan(plan, "Proposed by loopwarden explain. " + test_sentence(test.plan)));
+  if (!raised.elsewhere) {
+    return fmt::format("Command: loopwarden valve-test {} --plan {} --live", raised.loop,
+                       (folder / "next_test.yaml").string());
+  }
+  files.add(folder / "slip.html", test_slip_html(raised.loop, test));
+  return fmt::format("For the operator: {}", (folder / "slip.html").string());
 }
 
 int run_explain(const ExplainOptions& options) {
@@ -128,6 +161,11 @@ int run_explain(const ExplainOptions& options) {
         .seconds_of_work =
             std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(),
         .version = LOOPWARDEN_VERSION};
+    if (explanation.result.next_test) {
+      json& text = out["next_test"]["text"];
+      text = text.get<std::string>() + " " +
+             write_next_test(explanation, record, raised, folder, files);
+    }
     files.add(folder / "report.html", gap_report_html(explanation.result, context));
     files.add(folder / "explanation.json", out.dump(2) + "\n");
     files.commit();

@@ -9,6 +9,7 @@
 #include <array>
 #include <chrono>
 #include <cmath>
+#include <ctime>
 #include <filesystem>
 #include <limits>
 #include <optional>
@@ -24,6 +25,8 @@
 #include "model/gap/say.hpp"
 #include "workbench/command_line/frame.hpp"
 #include "workbench/files/model_file.hpp"
+#include "workbench/live/daemon_client.hpp"
+#include "workbench/live/in_force.hpp"
 #include "workbench/records/record_input.hpp"
 #include "workbench/records/recorder_input.hpp"
 #include "workbench/text/gap_json.hpp"
@@ -60,6 +63,8 @@ struct GapOptions {
   bool identified = false;       // the model, from this record itself
   int late = 0;                  // samples, by which CO is logged too late
   std::optional<analysis::StickingCycle> cycle{};  // that the model was identified with
+  std::string tag{};                               // of the daemon's loop; empty: from a file
+  std::optional<std::uint32_t> configuration{};    // CRC-32 of the file of this loop
   std::vector<double> pv_range{},
       co_range{};                 // of the record, if it differs from the model's units
   analysis::KnownRanges known{};  // of the loop, for a model that is identified
@@ -431,6 +436,31 @@ Found look_for_gap(GapOptions options, const plant::LoopModel& model) {
   }
 }
 
+// Writes the plan and the record that it was made from, in the model's units.
+void write_plan(OutputFiles& files, const std::filesystem::path& out, const gap::Result& result,
+                const GapOptions& options) {
+  constexpr const char* kRecord = "next_test.record.csv";
+  TestPlanFile plan = plan_file(result);
+  plan.loop = options.tag;
+  plan.configuration = options.configuration;
+  plan.planned_at = static_cast<std::int64_t>(std::time(nullptr));
+  plan.model = std::filesystem::proximate(options.model, out).string();
+  plan.record = kRecord;
+  plan.without = options.without;
+  plan.level_of_record = options.identified;
+  record::Record record;
+  const gap::Series& series = result.series;
+  record.period_s = result.model.sample_time_s;
+  record.time_s = series.time_s;
+  record.pv = series.pv;
+  record.sp = series.sp;
+  record.co = series.co;
+  record::write_record(record, files.stage(out / kRecord));
+  files.add(out / "next_test.yaml",
+            write_test_plan(
+                plan, "Proposed by loopwarden gap. " + test_sentence(result.next_test->plan)));
+}
+
 int run_gap(const GapOptions& options) {
   for (const std::vector<double>* range : {&options.pv_range, &options.co_range}) {
     if (!range->empty() && !((*range)[0] < (*range)[1])) {
@@ -470,8 +500,7 @@ int run_gap(const GapOptions& options) {
   files.add(out / "model.corrected.yaml", context.corrected_text);
   files.add(out / "report.html", gap_report_html(result, context));
   files.add(out / "gap.json", answer.dump(2) + "\n");
-  if (result.next_test)
-    files.add(out / "next_test.yaml", test_yaml(*result.next_test, options.model));
+  if (result.next_test) write_plan(files, out, result, options);
   files.commit();
   if (options.recorder.background()) {
     fmt::print("{}\n", result.sentence);
@@ -538,6 +567,9 @@ void take_from_recorder(GapOptions& options, OutputFiles& files) {
   const Recorded recorded = options.recorder.take(options.input.loop(), folder);
   options.record = recorded.longest().path;
   options.known = recorded.ranges();
+  options.tag = recorded.loop.tag;
+  DaemonClient daemon(options.recorder.socket());
+  if (const auto file = file_of_loop(daemon, options.tag)) options.configuration = file->hash;
   if (recorded.records.size() > 1) {
     fmt::print(stderr, "{}: the longest of {} stretches without a break\n", options.record,
                recorded.records.size());

@@ -17,6 +17,8 @@
 #include "config/diagnostic.hpp"
 #include "daemon/protocol/ask.hpp"
 #include "record/import/importer.hpp"
+#include "record/import/number_text.hpp"
+#include "record/import/time_text.hpp"
 #include "workbench/command_line/frame.hpp"
 #include "workbench/command_line/progress.hpp"
 #include "workbench/commands/subcommands.hpp"
@@ -26,6 +28,7 @@
 #include "workbench/records/record_input.hpp"
 #include "workbench/survey/changes.hpp"
 #include "workbench/survey/outcomes.hpp"
+#include "workbench/survey/test_log.hpp"
 #include "workbench/text/csv_text.hpp"
 
 namespace loopwarden::workbench {
@@ -45,6 +48,7 @@ struct OutcomeCommand {
   std::vector<std::string> from;
   RecordInput input;
   bool list = false;
+  bool tests = false;
   bool json = false;
 };
 
@@ -349,7 +353,49 @@ int keep_answer(const OutcomeCommand& options) {
   return kExitOk;
 }
 
+// Returns the tests in the daemon's journal, oldest first. Their numbers are those of its lines.
+std::vector<KeptTest> tests_of_journal(const OutcomeCommand& options) {
+  constexpr std::size_t kMost = 1000;
+  DaemonClient daemon(options.socket);
+  protocol::JournalRequest request{.most = kMost, .kind = "test", .text = "test result"};
+  if (!options.tag.empty()) request.loop = options.tag;
+  std::vector<KeptTest> tests;
+  for (const protocol::JournalLine& line : protocol::ask(daemon, request).lines) {
+    // "stiction or backlash: 0.960"
+    const auto split = [](const std::string& text) {
+      const std::size_t at = text.rfind(": ");
+      if (at == std::string::npos) return std::pair(std::string(), 0.0);
+      const auto number = record::parse_number(text.substr(at + 2), '.');
+      return std::pair(text.substr(0, at), number.value_or(0.0));
+    };
+    if (line.what != "test result") continue;
+    const auto [explanations, predicted] = split(line.old_);
+    const auto [decided, probability] = split(line.new_);
+    tests.push_back({.ended = record::iso_text(line.utc_ms / 1000, 0.0, true),
+                     .loop = line.loop,
+                     .explanations = explanations,
+                     .predicted = predicted,
+                     .decided = decided,
+                     .probability = probability});
+  }
+  std::reverse(tests.begin(), tests.end());
+  return tests;
+}
+
+int score_tests(const OutcomeCommand& options) {
+  const std::vector<KeptTest> tests = options.socket.empty()
+                                          ? read_tests(fs::path(options.survey) / kTestsFile)
+                                          : tests_of_journal(options);
+  if (options.json) {
+    show_json(score_json(tests));
+  } else {
+    fmt::print("{}", tests_text(tests));
+  }
+  return kExitOk;
+}
+
 int run_outcome(const OutcomeCommand& options) {
+  if (options.tests) return score_tests(options);
   if (options.list) return options.socket.empty() ? list_outcomes(options) : list_journal(options);
   return options.out.empty() ? keep_answer(options) : export_records(options);
 }
@@ -372,6 +418,8 @@ void add_outcome(Program& program) {
               "receives the answer")
       .excludes(survey);
   command.flag("--list", o.list, "print the answers, and how often the survey was right");
+  command.flag("--tests", o.tests,
+               "print the tests of `valve-test --plan`, and how often they decided as predicted");
   command.option("--export", o.out,
                  "folder for one anonymous record per loop (times from 0, values in % of their "
                  "ranges, no tag, no unit) and labels.csv");

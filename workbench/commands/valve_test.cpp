@@ -18,6 +18,7 @@
 #include "model/analysis/valve_test.hpp"
 #include "workbench/command_line/frame.hpp"
 #include "workbench/commands/bench_options.hpp"
+#include "workbench/commands/planned_valve_test.hpp"
 #include "workbench/report/chart.hpp"
 #include "workbench/text/json_number.hpp"
 #include "workbench/files/output_files.hpp"
@@ -36,6 +37,8 @@ struct ValveTestOptions {
   std::optional<double> gain;  // PV units / CO unit, for a valve without read-back
   std::string out;
   std::string commissioning;
+  std::string plan;    // next_test.yaml, in place of the tests
+  std::string survey;  // folder that keeps the result of a plan
   bool json = false;
 };
 
@@ -159,6 +162,16 @@ std::string page(const std::vector<TestResult>& results, const json& commissioni
 }
 
 int run_valve_test(const ValveTestOptions& options) {
+  if (!options.plan.empty()) {
+    return run_planned_test({.plan = options.plan,
+                             .target = options.bench.target,
+                             .socket = options.bench.socket,
+                             .live = options.bench.live,
+                             .out = options.out,
+                             .survey = options.survey,
+                             .json = options.json});
+  }
+  if (options.bench.target.empty()) require("valve-test: a model or tag, or --plan,");
   check_limits(options.bench);
   json commissioning = json::object();
   if (!options.commissioning.empty()) {
@@ -206,7 +219,17 @@ void add_valve_test(Program& program) {
   auto [command, o] = program.command(
       "valve-test", "Run step, ramp, resolution, scan and sine tests of a valve, simulated or live",
       run_valve_test);
+  command.option("target", o.bench.target,
+                 "loop model, YAML; with --live the tag of a loop; default with --plan: that of "
+                 "the plan");
   add_bench_options(command, o.bench);
+  const Option plan = command.option(
+      "--plan", o.plan, "next_test.yaml of `gap`: carry out this test and judge it, with --out");
+  command
+      .option("--survey", o.survey,
+              "with --plan: folder of a survey, whose tests.csv receives "
+              "the result")
+      .needs(plan);
   std::vector<std::string> names;
   for (const ValveTest test : analysis::kValveTests) names.emplace_back(analysis::to_text(test));
   command.option("--test", o.tests, "tests to run; default: all", one_of(names));
@@ -218,10 +241,13 @@ void add_valve_test(Program& program) {
   command.option("--out", o.out, "folder for valve-test.json and report.html");
   command.flag("--json", o.json, "print the result as JSON");
   command.footer(
-      "Live, it needs --low, --high, --pv-low and --pv-high, and restores output, mode and set "
-      "point\nat every end, also after Ctrl-C. Exit code 75: ended early.\n"
-      "Example: loopwarden valve-test FIC-101 --live --low 3 --high 5 --pv-low 2 --pv-high 8 --out "
-      "test");
+      "Live, it needs --low, --high, --pv-low and --pv-high, or --plan. It restores output, mode "
+      "and "
+      "set\npoint at every end, also after Ctrl-C. Exit code 75: ended early.\n"
+      "Examples: loopwarden valve-test FIC-101 --live --low 3 --high 5 --pv-low 2 --pv-high 8 "
+      "--out "
+      "test\n"
+      "          loopwarden valve-test FIC-101 --plan gap/next_test.yaml --live --out test");
 }
 
 }  // namespace loopwarden::workbench

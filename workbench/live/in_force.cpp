@@ -72,6 +72,15 @@ std::string difference(const LoopPlan& plan, const std::optional<protocol::LoopG
 
 }  // namespace
 
+std::optional<LoopFile> file_of_loop(protocol::Daemon& daemon, const std::string& tag) {
+  const std::optional<ReloadOutcome> read = dry_run(daemon);
+  if (!read || !read->plan) return std::nullopt;
+  for (const LoopPlan& loop : read->plan->loops) {
+    if (loop.loop == tag && loop.file_hash) return LoopFile{loop.file, *loop.file_hash};
+  }
+  return std::nullopt;
+}
+
 std::string box_not_in_force(protocol::Daemon& daemon) {
   const std::optional<ReloadOutcome> read = dry_run(daemon);
   if (!read || !read->plan) return "the daemon cannot read its files. See its log.";

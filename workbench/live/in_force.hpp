@@ -18,6 +18,14 @@ namespace loopwarden::workbench {
 std::string not_in_force(protocol::Daemon& daemon, const std::string& tag,
                          std::optional<std::uint32_t> file_hash = {});
 
+// The loop's file as the daemon reads it.
+struct LoopFile {
+  std::string path;
+  std::uint32_t hash = 0;  // CRC-32 of its text
+};
+// Returns nullopt if the daemon has no such file, or does not answer in time. Throws DaemonError.
+std::optional<LoopFile> file_of_loop(protocol::Daemon& daemon, const std::string& tag);
+
 // Returns the same for loopwardend.yaml.
 std::string box_not_in_force(protocol::Daemon& daemon);
 

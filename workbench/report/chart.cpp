@@ -44,6 +44,10 @@ std::string power_text(double logarithm) {
 PlotRange range_over(const Chart& chart, bool across) {
   std::vector<std::span<const double>> columns;
   for (const ChartLine& line : chart.lines) columns.emplace_back(across ? line.x : line.y);
+  for (const ChartArea& area : chart.areas) {
+    columns.emplace_back(across ? area.x : area.low);
+    if (!across) columns.emplace_back(area.high);
+  }
   return range_of(columns, across ? 0.0 : 0.06);
 }
 
@@ -168,6 +172,16 @@ std::string chart_group(const Chart& chart, double at_x, double at_y) {
     if (level < up.low || level > up.high) continue;
     fmt::format_to(out, "<path class=\"v\" d=\"M{:g} {:.1f}h{:.1f}\"/>\n", left, y_of(level),
                    width);
+  }
+  for (const ChartArea& area : chart.areas) {
+    std::string points;
+    const auto add = [&](std::size_t k, const std::vector<double>& y) {
+      points += fmt::format("{:.1f} {:.1f} ", x_of(area.x[k]), y_of(y[k]));
+    };
+    for (std::size_t k = 0; k < area.x.size(); ++k) add(k, area.high);
+    for (std::size_t k = area.x.size(); k-- > 0;) add(k, area.low);
+    fmt::format_to(out, "<polygon fill=\"{}\" fill-opacity=\"0.2\" points=\"{}\"/>\n", area.colour,
+                   points);
   }
   for (const ChartLine& line : chart.lines) {
     std::vector<PlotPoint> points;

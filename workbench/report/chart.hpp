@@ -21,6 +21,12 @@ struct ChartLine {
   bool dots = false;  // points instead of a line
 };
 
+// The area between two lines, shaded.
+struct ChartArea {
+  std::string colour = palette::kBlue;
+  std::vector<double> x{}, low{}, high{};  // equal lengths, finite
+};
+
 // A stretch of x that is shaded over the full height.
 struct ChartBand {
   double from = 0.0;
@@ -43,6 +49,7 @@ struct Chart {
   // Names at the axis in place of numbers.
   std::vector<std::pair<double, std::string>> x_names{}, y_names{};
   std::vector<ChartBand> bands{};
+  std::vector<ChartArea> areas{};
   std::vector<double> levels{};  // dotted horizontal lines
 };
 

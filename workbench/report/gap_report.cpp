@@ -20,6 +20,7 @@
 #include "workbench/report/chart.hpp"
 #include "workbench/report/gap_report_plots.hpp"
 #include "workbench/text/line_diff.hpp"
+#include "workbench/report/next_test_section.hpp"
 #include "workbench/text/next_test_text.hpp"
 #include "workbench/text/posterior_bars.hpp"
 #include "workbench/report/palette.hpp"
@@ -304,26 +305,7 @@ class Page {
     }
     if (!result_.next_test) return;
     const gap::NextTest& test = *result_.next_test;
-    add("<h2>Next test: {}</h2><p>{}</p><p>{} {}</p>", escaped(competing_names(test)),
-        escaped(test_sentence(test.plan)), escaped(expected_sentence(test.plan)),
-        escaped(next_class_sentence(test)));
-    const bool manual = estimator::in_manual(test.plan.move.kind);
-    Chart chart{.title = "PV that each explanation predicts, 90 % of its tests",
-                .x_label = "s",
-                .y_label = "PV units",
-                .width = 900.0};
-    constexpr std::array<const char*, 3> kColours{palette::kBlue, palette::kOrange,
-                                                  palette::kGreen};
-    for (std::size_t i = 0; i < test.explanations.size(); ++i) {
-      const estimator::Predicted& band = test.plan.predicted[i];
-      const std::string colour = kColours[i % kColours.size()];
-      const std::string name = title_of(test.explanations[i].effects);
-      chart.lines.push_back({name, colour, test.plan.time_s, band.middle});
-      chart.lines.push_back({"", colour, test.plan.time_s, band.low, true});
-      chart.lines.push_back({"", colour, test.plan.time_s, band.high, true});
-    }
-    if (!manual) chart.lines.push_back({"SP", palette::kGrey, test.plan.time_s, test.plan.moved});
-    add("<figure>{}</figure>\n", chart_svg(chart));
+    add("<h2>Next test: {}</h2>{}", escaped(competing_names(test)), next_test_section(test));
   }
 
   void plots() {

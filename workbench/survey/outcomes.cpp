@@ -1,11 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "workbench/survey/outcomes.hpp"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <sys/file.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -22,6 +18,7 @@
 #include "record/import/number_text.hpp"
 #include "record/import/time_text.hpp"
 #include "workbench/files/command_error.hpp"
+#include "workbench/files/csv_log.hpp"
 #include "workbench/text/csv_text.hpp"
 
 namespace loopwarden::workbench {
@@ -66,11 +63,6 @@ std::string number_text(const std::optional<double>& number) {
   return number ? fmt::format("{:.6g}", *number) : std::string();
 }
 
-[[noreturn]] void fail_outcomes(const fs::path& path, const char* what, int error) {
-  throw CommandError(kExitIo,
-                     fmt::format("{}: {}: {}", path.string(), what, base::error_text(error)));
-}
-
 std::string line_of(const FitterAnswer& o) {
   const std::array<std::string, kOutcomeColumns.size()> cells{o.answered,
                                                               o.tag,
@@ -86,7 +78,7 @@ std::string line_of(const FitterAnswer& o) {
                                                               o.data_to};
   std::string line;
   for (const std::string& cell : cells) line += (line.empty() ? "" : ",") + csv_cell(cell);
-  return line + "\n";
+  return line;
 }
 
 // Returns the key of a finding: the same effect of the same size at the same loop.
@@ -168,7 +160,7 @@ std::vector<FitterAnswer> read_outcomes(const fs::path& path) {
   const std::optional<std::string> text = base::read_file(path, kMostBytes);
   if (!text) {
     if (errno == ENOENT) return {};
-    fail_outcomes(path, "can't be read", errno);
+    fail_csv(path, "can't be read", errno);
   }
   std::vector<CsvColumn> columns;
   for (const char* name : kOutcomeColumns) columns.push_back({name, false});
@@ -185,34 +177,7 @@ std::vector<FitterAnswer> read_outcomes(const fs::path& path) {
 }
 
 void keep_outcome(const fs::path& path, const FitterAnswer& outcome) {
-  base::File file(path, O_RDWR | O_CREAT | O_APPEND, 0666);
-  if (!file.is_open() || ::flock(file.fd(), LOCK_EX) != 0)
-    fail_outcomes(path, "can't be written", errno);
-  struct stat before {};
-  if (::fstat(file.fd(), &before) != 0) fail_outcomes(path, "can't be read", errno);
-  std::string text = fmt::format("{}\n", fmt::join(kOutcomeColumns, ","));
-  if (before.st_size > 0) {
-    std::string header(text.size(), '\0');
-    if (::pread(file.fd(), header.data(), header.size(), 0) !=
-            static_cast<ssize_t>(header.size()) ||
-        header != text) {
-      throw CommandError(
-          kExitData, fmt::format("{}:1:1: must begin with the line {}; was it saved by a "
-                                 "spreadsheet? Save it with commas, the columns as they were",
-                                 path.string(), base::in_quotes(text.substr(0, text.size() - 1))));
-    }
-    char last = '\0';
-    const bool whole = ::pread(file.fd(), &last, 1, before.st_size - 1) == 1 && last == '\n';
-    text = whole ? "" : "\n";
-  }
-  text += line_of(outcome);
-  if (!file.write(text.data(), text.size()) || !file.sync()) {
-    const int error = errno;
-    if (::ftruncate(file.fd(), before.st_size) != 0)
-      fail_outcomes(path, "is left with half a line", errno);
-    fail_outcomes(path, "can't be written", error);
-  }
-  base::sync_folder(path.parent_path());
+  append_csv_line(path, fmt::format("{}", fmt::join(kOutcomeColumns, ",")), line_of(outcome));
 }
 
 std::string moment_of(const json& loop, double s) {

@@ -7,6 +7,7 @@
 #include "model/effects/catalogue.hpp"
 #include "workbench/text/gap_json.hpp"
 #include "workbench/text/json_number.hpp"
+#include "workbench/text/next_test_text.hpp"
 
 namespace loopwarden::workbench {
 
@@ -26,6 +27,7 @@ json explanation_json(const twin::Explanation& e, alarm::AlarmKind alarm, double
     out["gap_closed"] = nullptr;
     out["agrees"] = false;
     out["sentence"] = e.result.check.refusal;
+    out["next_test"] = nullptr;
     return out;
   }
   const json whole = gap_json(e.result);
@@ -34,6 +36,8 @@ json explanation_json(const twin::Explanation& e, alarm::AlarmKind alarm, double
   out["gap_closed"] = finite_or_null(e.closed);
   out["agrees"] = twin::agrees(e, alarm);
   out["sentence"] = e.result.sentence;
+  out["next_test"] = whole.at("next_test");
+  if (e.result.next_test) out["next_test"]["text"] = decision_sentence(*e.result.next_test);
   return out;
 }
 

@@ -4,9 +4,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <nlohmann/json.hpp>
-#include <vector>
+#include <string>
+#include <utility>
 
 #include "workbench/text/posterior_bars.hpp"
 
@@ -20,6 +21,12 @@ std::string time_text(double seconds) {
   return seconds < 120.0 ? fmt::format("{:.0f} s", seconds)
                          : fmt::format("{:.0f} min", std::ceil(seconds / 60.0));
 }
+
+constexpr double kEndsAt = 2.0;        // expected deviations, at which a test ends
+constexpr std::size_t kBandRows = 60;  // rows of a band
+
+// For a file that people read.
+double five_digits(double value) { return std::stod(fmt::format("{:.5g}", value)); }
 
 }  // namespace
 
@@ -81,36 +88,72 @@ const char* allowed_by(double pv_share) {
   return pv_share <= 0.01 ? "technician" : pv_share <= 0.03 ? "operator" : "test day";
 }
 
+std::string decision_sentence(const gap::NextTest& test) {
+  const TestPlan& plan = test.plan;
+  // The moment at which the explanations differ most.
+  std::size_t telling = 0;
+  double most = -1.0;
+  for (std::size_t k = 0; k < plan.time_s.size(); ++k) {
+    double low = plan.predicted.front().middle[k];
+    double high = low;
+    for (const estimator::Predicted& one : plan.predicted) {
+      low = std::min(low, one.middle[k]);
+      high = std::max(high, one.middle[k]);
+    }
+    if (high - low > most) {
+      most = high - low;
+      telling = k;
+    }
+  }
+  std::string names;
+  std::string outcomes;
+  for (std::size_t i = 0; i < test.explanations.size(); ++i) {
+    const std::string name = title_of(test.explanations[i].effects);
+    names += (i == 0 ? "" : i + 1 == test.explanations.size() ? " and " : ", ") + name;
+    outcomes += fmt::format("{}{:.4g} with {}", i == 0 ? "" : ", ",
+                            plan.predicted[i].middle[telling], name);
+  }
+  return fmt::format("To decide between {}: {} Expected PV {} after the start: {}.", names,
+                     test_sentence(plan), time_text(plan.time_s[telling]), outcomes);
+}
+
 std::string next_class_sentence(const gap::NextTest& test) {
   if (!test.next_class) return {};
   return fmt::format("With PV moved by up to {:.0f} % of its span, the probability is {:.2f}.",
                      100.0 * test.next_class->class_share, test.next_class->probability_right);
 }
 
-std::string test_yaml(const gap::NextTest& test, const std::string& model) {
+TestPlanFile plan_file(const gap::Result& result) {
+  const gap::NextTest& test = result.next_test.value();
   const TestPlan& plan = test.plan;
-  const bool manual = estimator::in_manual(plan.move.kind);
-  std::string names;
-  for (const gap::Probability& h : test.explanations) {
-    std::string one;
-    for (const std::string& effect : h.effects) one += (one.empty() ? "" : ", ") + effect;
-    names += (names.empty() ? "[" : ", [") + one + "]";
+  TestPlanFile file;
+  file.move = plan.move;
+  file.from = plan.moved.back();
+  file.probability_right = plan.probability_right;
+  file.probability_wrong = plan.probability_wrong;
+  file.pv_swing = plan.pv_swing;
+  file.output_swing = plan.output_swing;
+  const auto around = [](double middle, double swing, double low, double high) {
+    return std::array{std::max(middle - kEndsAt * swing, low),
+                      std::min(middle + kEndsAt * swing, high)};
+  };
+  const plant::TransmitterParameters& pv = result.model.transmitter;
+  const control::PidSettings& pid = result.model.controller.pid;
+  file.pv_limits = around(result.series.sp.back(), plan.pv_swing, pv.low, pv.high);
+  file.co_limits =
+      around(result.series.co.back(), plan.output_swing, pid.output_low, pid.output_high);
+  const std::size_t step = plan.time_s.size() / kBandRows + 1;
+  for (std::size_t i = 0; i < test.explanations.size(); ++i) {
+    PlannedExplanation one{.effects = test.explanations[i].effects,
+                           .probability = test.explanations[i].probability,
+                           .pv = {}};
+    const estimator::Predicted& band = plan.predicted[i];
+    for (std::size_t k = 0; k < plan.time_s.size(); k += step) {
+      one.pv.push_back({plan.time_s[k], five_digits(band.low[k]), five_digits(band.high[k])});
+    }
+    file.explanations.push_back(std::move(one));
   }
-  return fmt::format(
-      "# Proposed by loopwarden gap. {}\n"
-      "model: {}\n"
-      "tells_apart: [{}]\n"
-      "move: {}\n"
-      "from: {:.6g}       # {}\n"
-      "size: {:.6g}       # {}\n"
-      "hold: {:.6g}       # s, each step or way\n"
-      "duration: {:.6g}   # s\n"
-      "expected: {{probability_right: {:.3f}, probability_wrong: {:.3f}, pv_swing: {:.4g}, "
-      "output_swing: {:.4g}}}\n",
-      test_sentence(test.plan), nlohmann::json(model).dump(), names,
-      estimator::to_text(plan.move.kind), plan.moved.back(), manual ? "CO units" : "PV units",
-      plan.move.size, manual ? "CO units" : "PV units", plan.move.hold_s, plan.duration_s,
-      plan.probability_right, plan.probability_wrong, plan.pv_swing, plan.output_swing);
+  return file;
 }
 
 }  // namespace loopwarden::workbench

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A proposed test in words, and as the file next_test.yaml.
+// A proposed test in words, and as the contents of next_test.yaml.
 #pragma once
 
 #include <array>
@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "model/gap/result.hpp"
+#include "workbench/files/test_plan_file.hpp"
 
 namespace loopwarden::workbench {
 
@@ -14,6 +15,8 @@ namespace loopwarden::workbench {
 std::string competing_names(const gap::NextTest& test);
 // What to move, by how much and how long.
 std::string test_sentence(const estimator::TestPlan& plan);
+// "To decide between stiction and backlash: in automatic, ... Expected: ..."
+std::string decision_sentence(const gap::NextTest& test);
 // How often it decides, and how far PV and CO move.
 std::string expected_sentence(const estimator::TestPlan& plan);
 // Changes of PV from the start of the test, PV units: the largest one, and the one at the end.
@@ -24,7 +27,8 @@ std::vector<std::array<double, 2>> outcomes_of(const estimator::TestPlan& plan);
 const char* allowed_by(double pv_share);
 // The next larger class, or an empty text.
 std::string next_class_sentence(const gap::NextTest& test);
-// next_test.yaml. `model`: the path of the loop model that the test was planned with.
-std::string test_yaml(const gap::NextTest& test, const std::string& model);
+// The plan of result.next_test, without loop, time and files. It ends the test at twice the
+// deviations that were simulated.
+TestPlanFile plan_file(const gap::Result& result);
 
 }  // namespace loopwarden::workbench

@@ -74,6 +74,9 @@ AlarmWords words_of(const protocol::Explained& told, const AlarmReading& reading
       reading.incident.empty() ? told.alarm.raised_ms : reading.incident_ms;
   if (told.explanation && told.explanation->raised_ms >= since_ms) {
     words.why = one_line(told.explanation->sentence);
+    if (!told.explanation->next_test.empty()) {
+      words.why += " " + one_line(told.explanation->next_test);
+    }
     if (!told.explanation->remedy.empty()) words.action = one_line(told.explanation->remedy);
   }
   return words;

@@ -170,7 +170,7 @@ const en = {
   },
   explain: {
     none: 'The twin has not explained an alarm of this loop yet.', noTwin: 'This loop has no twin. Make one with “loopwarden commission”.', effect: 'Effect', size: 'Size', confidence: 'Confidence', closed: 'Gap closed',
-    agrees: 'Agrees with the alarm', alternatives: 'Could also be', remedy: 'Action', since: 'Since', before: '{long} before the alarm',
+    agrees: 'Agrees with the alarm', alternatives: 'Could also be', remedy: 'Action', nextTest: 'Next test', since: 'Since', before: '{long} before the alarm',
     of: 'Explained {time}, for alarm {alarm}', report: 'Report of the twin', finalName: 'The alarm was renamed to', sizeWithin: '{size} ({low} to {high}) of the CO span',
   },
   calm: {

@@ -108,10 +108,9 @@ struct TestedLoop : Console {
     while (loops[0].channels->operator_commands.answers.try_pop(answer)) {
     }
     operators = new_operators();
-    cycle = std::make_unique<rt::ControlCycle>(0, tests::kPeriod, settings, start,
-                                               rt::ValvePositionSource::none,
-                                               effects::EffectChain{}, *loops[0].io,
-                                               *loops[0].channels, events);
+    cycle = std::make_unique<rt::ControlCycle>(
+        0, tests::kPeriod, settings, start, rt::ValvePositionSource::none, effects::EffectChain{},
+        *loops[0].io, *loops[0].channels, events);
     session.reset();
     restart_keeper(std::move(kept));
   }
@@ -153,9 +152,7 @@ struct TestedLoop : Console {
     historian.latest(0, newest);
     return newest;
   }
-  control::Mode mode() {
-    return rt::unpacked(loops[0].channels->availability.load()).mode;
-  }
+  control::Mode mode() { return rt::unpacked(loops[0].channels->availability.load()).mode; }
   double set_point() const { return loops[0].channels->set_point_wanted.load(); }
   bool released() const { return !loops[0].commissioning->holder().has_value(); }
 

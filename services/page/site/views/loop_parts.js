@@ -139,6 +139,7 @@ export function explanationPart(e, report) {
   return el('div', {class: 'explanation'}, el('p', {class: 'sentence'}, e.sentence),
     facts([
       e.remedy ? [t.remedy, el('strong', {}, e.remedy)] : null,
+      e.next_test ? [t.nextTest, e.next_test] : null,
       e.effect ? [t.effect, e.effect.replaceAll('_', ' ')] : null, known(e.size_percent) ? [t.size, size] : null,
       [t.agrees, e.agrees ? texts.yes : texts.no], e.final_name ? [t.finalName, name(e.final_name)] : null,
       known(e.confidence) ? [t.confidence, percent(100 * e.confidence)] : null, known(e.gap_closed) ? [t.closed, percent(100 * e.gap_closed)] : null,

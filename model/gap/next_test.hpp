@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+// Plans the smallest move that tells the likely explanations of a record apart, for `gap` and for
+// the explanation of an alarm (estimator/plan.hpp).
+//
+// Steps and ramps of the disturbance that have ended are a new level, which a test ignores.
+// Errors: none. Without a second likely explanation nothing is planned.
+#pragma once
+
+#include <vector>
+
+#include "model/estimator/plan.hpp"
+#include "model/gap/result.hpp"
+#include "model/numeric/parallel.hpp"
+
+namespace loopwarden::gap {
+
+// `explanations`: likeliest first; those with a probability below estimator::kCompetes are left
+// out. Sets `next_test` or `why_no_test` of the result.
+void plan_next_test(const std::vector<estimator::Explanation>& explanations,
+                    const estimator::TestStart& start, const numeric::ParallelFor& parallel,
+                    Result& result);
+
+// The loop as it was last: `noise_rms`, `disturbance` and `law_error` are still to be set.
+estimator::TestStart test_start(const plant::LoopModel& model, double set_point, double output);
+
+}  // namespace loopwarden::gap

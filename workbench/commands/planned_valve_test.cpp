@@ -1,0 +1,400 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "workbench/commands/planned_valve_test.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <ctime>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "daemon/protocol/ask.hpp"
+#include "model/effects/catalogue.hpp"
+#include "model/estimator/judge_test.hpp"
+#include "record/record_csv.hpp"
+#include "workbench/command_line/frame.hpp"
+#include "workbench/files/model_file.hpp"
+#include "workbench/files/output_files.hpp"
+#include "workbench/files/test_plan_file.hpp"
+#include "workbench/live/planned_test.hpp"
+#include "workbench/live/terminal.hpp"
+#include "workbench/report/chart.hpp"
+#include "workbench/setup/terminal_person.hpp"
+#include "workbench/survey/test_log.hpp"
+#include "workbench/text/json_number.hpp"
+#include "workbench/text/posterior_bars.hpp"
+
+namespace loopwarden::workbench {
+namespace {
+
+namespace fs = std::filesystem;
+using estimator::Judged;
+using estimator::Observed;
+using nlohmann::json;
+
+struct Swing {
+  double pv = 0.0;  // PV units: largest deviation from PV before the move
+  double co = 0.0;  // CO units: largest deviation from the output before the move
+};
+
+struct TestOutcome {
+  TestPlanFile plan;
+  std::string target;
+  TestRecord record;
+  std::string ended_early;
+  Swing swing;
+  std::optional<Judged> judged;
+  std::string why_not_judged;
+  std::string ended;  // UTC
+};
+
+std::string all_names(const TestPlanFile& plan) {
+  std::string names;
+  for (std::size_t i = 0; i < plan.explanations.size(); ++i) {
+    const bool last = i + 1 == plan.explanations.size();
+    names += (i == 0 ? "" : last ? " or " : ", ") + title_of(plan.explanations[i].effects);
+  }
+  return names;
+}
+
+std::string seconds_text(double seconds) {
+  return seconds < 120.0 ? fmt::format("{:.0f} s", seconds)
+                         : fmt::format("{:.1f} min", seconds / 60.0);
+}
+
+std::string move_text(const TestPlanFile& plan, const std::string& unit) {
+  const bool manual = estimator::in_manual(plan.move.kind);
+  return fmt::format("{} by {:.4g} {} from {:.5g}, {} ({}), and back",
+                     manual ? "In manual, the output moves" : "In automatic, SP moves",
+                     plan.move.size, unit, plan.from,
+                     seconds_text(estimator::duration_s(plan.move)),
+                     estimator::to_text(plan.move.kind));
+}
+
+// --- consent ---
+
+// Prints what will happen, and asks for the tag. Returns whether the person agrees.
+bool agreed(setup::TerminalPerson& person, const protocol::LoopStatus& loop,
+            const TestPlanFile& plan) {
+  const bool manual = estimator::in_manual(plan.move.kind);
+  person.say(fmt::format(
+      "{}: {}.\n"
+      "Expected: PV moves by at most {:.3g} {}, CO by {:.3g} {}.\n"
+      "The test ends at once if PV leaves {:.4g} to {:.4g} or CO {:.4g} to {:.4g}, at a process\n"
+      "alarm or fault, or if any key is pressed. The loop then returns to {}.\n"
+      "It decides with probability {:.2f} rightly and with {:.2f} wrongly:",
+      loop.name, move_text(plan, manual ? loop.co_unit : loop.pv_unit), plan.pv_swing, loop.pv_unit,
+      plan.output_swing, loop.co_unit, plan.pv_limits[0], plan.pv_limits[1], plan.co_limits[0],
+      plan.co_limits[1], manual ? "its output, mode and set point" : "its set point, in automatic",
+      plan.probability_right, plan.probability_wrong));
+  for (const PlannedExplanation& e : plan.explanations) {
+    const effects::Descriptor* info =
+        e.effects.empty() ? nullptr : effects::find_effect(e.effects.front());
+    person.say(fmt::format("  {} ({:.2f} now): {}", title_of(e.effects), e.probability,
+                           info != nullptr ? info->remedy : "No repair is needed."));
+  }
+  person.say("  undecided: The loop stays as it is. Run `gap` again with more data.");
+  return person.line(fmt::format("Type {} to move the valve, or press Enter to leave: ",
+                                 loop.name)) == loop.name;
+}
+
+std::string watch_key(setup::TerminalPerson& person, const TestProgress& now, double duration_s,
+                      double& shown_s) {
+  if (now.time_s >= shown_s) {
+    person.say(fmt::format("{:>6.0f} s of {:.0f} s   SP {:.5g}   PV {:.5g}   CO {:.5g}", now.time_s,
+                           duration_s, now.sp, now.pv, now.co));
+    shown_s = now.time_s + std::max(5.0, duration_s / 20.0);
+  }
+  if (interrupted()) return "interrupted";
+  return person.key(std::chrono::milliseconds(0)) ? "a key was pressed" : "";
+}
+
+void carry_out_live(const PlannedTestOptions& options, TestOutcome& outcome) {
+  DaemonClient daemon(options.socket);
+  const protocol::LoopStatus loop = loop_of_daemon(daemon, outcome.target);
+  if (const std::string why = why_no_test(daemon, loop, outcome.plan); !why.empty()) {
+    fail(kExitTryAgain, "{}: no test: {}", loop.name, why);
+  }
+  outcome.plan.loop = loop.name;
+  setup::TerminalPerson person;
+  if (!person.has_keys()) {
+    fail(kExitUsage, "{}: a live test needs a terminal with an operator", loop.name);
+  }
+  if (!agreed(person, loop, outcome.plan)) fail(kExitTryAgain, "{}: no test", loop.name);
+  // The person took time to read.
+  if (const std::string why = why_no_test(daemon, loop_of_daemon(daemon, loop.name), outcome.plan);
+      !why.empty()) {
+    fail(kExitTryAgain, "{}: no test: {}", loop.name, why);
+  }
+  watch_interrupts();
+  person.watch_keys(true);
+  double shown_s = 0.0;
+  CarriedOut done = carry_out(daemon, outcome.plan, [&](const TestProgress& now) {
+    return watch_key(person, now, estimator::duration_s(outcome.plan.move), shown_s);
+  });
+  person.watch_keys(false);
+  outcome.record = std::move(done.record);
+  outcome.ended_early = std::move(done.ended_early);
+  person.say(done.restored
+                 ? loop.name + ": released, as before the test"
+                 : loop.name + ": the daemon has not restored it yet. See `loopwarden top`.");
+}
+
+// --- judgement ---
+
+// A record at a multiple of the test's period, or the same one.
+std::optional<Observed> at_period(const TestRecord& test, double period_s) {
+  const double ratio = period_s / test.period_s;
+  const auto per = static_cast<std::size_t>(std::lround(ratio));
+  if (per < 1 || std::abs(ratio - static_cast<double>(per)) > 0.01) return std::nullopt;
+  Observed out{.period_s = period_s, .co = {}, .pv = {}, .used = {}};
+  double last_co = 0.0;
+  for (std::size_t k = 0; k + per <= test.pv.size(); k += per) {
+    double pv = 0.0;
+    for (std::size_t i = 0; i < per; ++i) {
+      pv += test.pv[k + i] / static_cast<double>(per);
+      if (std::isfinite(test.co[k + i])) last_co = test.co[k + i];
+    }
+    out.co.push_back(last_co);
+    out.used.push_back(std::isfinite(pv));
+    out.pv.push_back(std::isfinite(pv) ? pv : 0.0);
+  }
+  return out;
+}
+
+void judge(const PlannedTestOptions& options, TestOutcome& outcome) {
+  const TestPlanFile& plan = outcome.plan;
+  const fs::path folder = fs::path(options.plan).parent_path();
+  plant::LoopModel model = load_model((folder / plan.model).string());
+  const record::Record record = record::read_record(folder / plan.record);
+  TestRecord before{.period_s = record.period_s,
+                    .time_s = record.time_s,
+                    .sp = record.sp,
+                    .pv = record.pv,
+                    .co = record.co,
+                    .stem = {}};
+  const std::optional<Observed> of_record = at_period(before, record.period_s);
+  const std::optional<Observed> of_test = at_period(outcome.record, record.period_s);
+  if (record.co.empty() || !of_record || !of_test) {
+    outcome.why_not_judged =
+        fmt::format("its period of {:g} s does not divide that of the record, {:g} s",
+                    outcome.record.period_s, record.period_s);
+    return;
+  }
+  std::vector<std::vector<std::string>> names;
+  for (const PlannedExplanation& e : plan.explanations) names.push_back(e.effects);
+  estimator::Options how{.without = plan.without, .level_known = !plan.level_of_record};
+  if (plan.level_of_record) how.without.emplace_back("leakage");
+  outcome.judged =
+      estimator::judge_test(names, *of_record, *of_test, model, how, on_threads(threads(0)));
+}
+
+Swing swing_of(const TestRecord& r) {
+  Swing swing;
+  std::size_t begin = 0;
+  while (begin < r.time_s.size() && r.time_s[begin] < 0.0) ++begin;
+  if (begin == 0 || begin == r.time_s.size()) return swing;
+  for (std::size_t k = begin; k < r.time_s.size(); ++k) {
+    if (std::isfinite(r.pv[k])) swing.pv = std::max(swing.pv, std::abs(r.pv[k] - r.sp[begin - 1]));
+    if (std::isfinite(r.co[k])) swing.co = std::max(swing.co, std::abs(r.co[k] - r.co[begin - 1]));
+  }
+  return swing;
+}
+
+std::string decided_name(const TestOutcome& outcome) {
+  if (!outcome.judged || outcome.judged->decided < 0) return {};
+  return title_of(
+      outcome.plan.explanations[static_cast<std::size_t>(outcome.judged->decided)].effects);
+}
+
+double decided_probability(const TestOutcome& outcome) {
+  if (!outcome.judged || outcome.judged->decided < 0) return 0.0;
+  return outcome.judged->probability[static_cast<std::size_t>(outcome.judged->decided)];
+}
+
+// --- results ---
+
+std::string sentence(const TestOutcome& outcome) {
+  if (!outcome.ended_early.empty()) return "The test ended early: " + outcome.ended_early + ".";
+  if (!outcome.judged) return "The test is not judged: " + outcome.why_not_judged + ".";
+  const std::string name = decided_name(outcome);
+  if (name.empty())
+    return fmt::format("The test does not decide between {}.", all_names(outcome.plan));
+  return fmt::format("The test decides: {}, with probability {:.2f}.", name,
+                     decided_probability(outcome));
+}
+
+json as_json(const TestOutcome& o) {
+  json explanations = json::array();
+  for (std::size_t i = 0; i < o.plan.explanations.size(); ++i) {
+    const PlannedExplanation& e = o.plan.explanations[i];
+    explanations.push_back(
+        {{"effects", e.effects},
+         {"probability_before", e.probability},
+         {"probability_after", o.judged ? json(o.judged->probability[i]) : json()}});
+  }
+  const std::string name = decided_name(o);
+  return {{"loop", o.target},
+          {"move", estimator::to_text(o.plan.move.kind)},
+          {"size", o.plan.move.size},
+          {"ended_utc", o.ended},
+          {"ended_early", o.ended_early.empty() ? json() : json(o.ended_early)},
+          {"explanations", std::move(explanations)},
+          {"probability_of_others", o.judged ? json(o.judged->other) : json()},
+          {"decided", name.empty() ? json() : json(name)},
+          {"predicted",
+           {{"probability_right", o.plan.probability_right},
+            {"probability_wrong", o.plan.probability_wrong},
+            {"pv_swing", o.plan.pv_swing},
+            {"output_swing", o.plan.output_swing}}},
+          {"happened", {{"pv_swing", o.swing.pv}, {"output_swing", o.swing.co}}},
+          {"sentence", sentence(o)}};
+}
+
+void print_text(const TestOutcome& o) {
+  fmt::print("{}\n", sentence(o));
+  fmt::print("{:<24}{:>12}{:>12}\n", "", "predicted", "happened");
+  fmt::print("{:<24}{:>12.3g}{:>12.3g}\n", "PV moved by, PV units", o.plan.pv_swing, o.swing.pv);
+  fmt::print("{:<24}{:>12.3g}{:>12.3g}\n", "CO moved by, CO units", o.plan.output_swing,
+             o.swing.co);
+  fmt::print("{:<24}{:>12.2f}{:>12}\n", "decides", o.plan.probability_right,
+             decided_name(o).empty() ? "no" : "yes");
+  if (!o.judged) return;
+  for (std::size_t i = 0; i < o.plan.explanations.size(); ++i) {
+    fmt::print("{:<24}{:>12.2f}{:>12.2f}\n", title_of(o.plan.explanations[i].effects),
+               o.plan.explanations[i].probability, o.judged->probability[i]);
+  }
+  if (o.judged->other >= 0.01) fmt::print("{:<24}{:>12}{:>12.2f}\n", "others", "", o.judged->other);
+}
+
+std::string page(const TestOutcome& o) {
+  constexpr std::array<const char*, 3> kColours{palette::kBlue, palette::kOrange, palette::kGreen};
+  Chart chart{.title = "PV, and 90 % of what each explanation predicts",
+              .x_label = "s",
+              .y_label = "PV units",
+              .width = 900.0};
+  for (std::size_t i = 0; i < o.plan.explanations.size(); ++i) {
+    std::vector<double> time, low, high;
+    for (const auto& [t, lowest, highest] : o.plan.explanations[i].pv) {
+      time.push_back(t);
+      low.push_back(lowest);
+      high.push_back(highest);
+    }
+    const char* const colour = kColours[i % kColours.size()];
+    chart.lines.push_back({title_of(o.plan.explanations[i].effects), colour, time, low, true});
+    chart.lines.push_back({"", colour, time, high, true});
+  }
+  chart.lines.push_back({"SP", palette::kGrey, o.record.time_s, o.record.sp});
+  chart.lines.push_back({"PV", palette::kInk, o.record.time_s, o.record.pv});
+  const Chart output{.title = "CO and valve position",
+                     .x_label = "s",
+                     .y_label = "CO units",
+                     .lines = {{"CO", palette::kGrey, o.record.time_s, o.record.co, true},
+                               {"position", palette::kBlue, o.record.time_s, o.record.stem}},
+                     .width = 900.0};
+  std::string body = fmt::format(
+      "<p>{}</p>\n<table><tr><th></th><th>predicted</th><th>happened"
+      "</th></tr>\n",
+      escaped(sentence(o)));
+  const auto row = [&](const std::string& name, const std::string& before,
+                       const std::string& after) {
+    body +=
+        fmt::format("<tr><td>{}</td><td>{}</td><td>{}</td></tr>\n", escaped(name), before, after);
+  };
+  row("PV moved by, PV units", fmt::format("{:.3g}", o.plan.pv_swing),
+      fmt::format("{:.3g}", o.swing.pv));
+  row("CO moved by, CO units", fmt::format("{:.3g}", o.plan.output_swing),
+      fmt::format("{:.3g}", o.swing.co));
+  row("probability of a decision", fmt::format("{:.2f}", o.plan.probability_right),
+      decided_name(o).empty() ? "not decided" : "decided");
+  for (std::size_t i = 0; i < o.plan.explanations.size(); ++i) {
+    row("probability: " + title_of(o.plan.explanations[i].effects),
+        fmt::format("{:.2f}", o.plan.explanations[i].probability),
+        o.judged ? fmt::format("{:.2f}", o.judged->probability[i]) : "-");
+  }
+  body += fmt::format("</table>\n<figure>{}</figure>\n<figure>{}</figure>\n", chart_svg(chart),
+                      chart_svg(output));
+  return html_page("Test of " + o.target, body);
+}
+
+record::Record csv_of(const TestRecord& test) {
+  record::Record out;
+  out.period_s = test.period_s;
+  out.time_s = test.time_s;
+  out.sp = test.sp;
+  out.pv = test.pv;
+  out.co = test.co;
+  const bool position =
+      std::any_of(test.stem.begin(), test.stem.end(), [](double v) { return std::isfinite(v); });
+  if (position) out.stem = test.stem;
+  return out;
+}
+
+// Keeps the result in the daemon's journal and next to the survey.
+void keep(const PlannedTestOptions& options, const TestOutcome& o) {
+  const KeptTest test{.ended = o.ended,
+                      .loop = o.target,
+                      .explanations = all_names(o.plan),
+                      .predicted = o.plan.probability_right,
+                      .decided = decided_name(o),
+                      .probability = decided_probability(o)};
+  if (!options.survey.empty()) keep_test(fs::path(options.survey) / kTestsFile, test);
+  if (!options.live) return;
+  DaemonClient daemon(options.socket);
+  protocol::ask(daemon, protocol::TestResultRequest{.loop = o.target,
+                                                    .explanations = test.explanations,
+                                                    .decided = test.decided,
+                                                    .predicted = test.predicted,
+                                                    .probability = test.probability});
+}
+
+}  // namespace
+
+int run_planned_test(const PlannedTestOptions& options) {
+  if (options.out.empty()) require("valve-test --plan: --out");
+  TestOutcome outcome;
+  outcome.plan = usable(read_test_plan(options.plan));
+  const fs::path folder = fs::path(options.plan).parent_path();
+  outcome.target = options.target;
+  if (outcome.target.empty()) {
+    outcome.target = options.live ? outcome.plan.loop : (folder / outcome.plan.model).string();
+  }
+  if (outcome.target.empty()) require("valve-test --plan --live: the tag of the loop");
+  const fs::path out(options.out);
+  OutputFiles files({options.plan, (folder / outcome.plan.record).string()});
+  files.make_folder(out);
+  for (const char* name : {"test.csv", "test.json", "report.html"}) files.expect(out / name);
+  if (options.live) {
+    carry_out_live(options, outcome);
+  } else {
+    plant::LoopModel model = load_model(outcome.target);
+    // Faults act from the start and at full severity, because a test does not wait for them.
+    for (plant::ScheduledFault& fault : model.scenario.faults) fault.schedule = {};
+    outcome.record = simulate_test(model, outcome.plan);
+  }
+  outcome.ended = utc_time_text(static_cast<std::int64_t>(std::time(nullptr)));
+  outcome.swing = swing_of(outcome.record);
+  if (outcome.ended_early.empty()) {
+    judge(options, outcome);
+    keep(options, outcome);
+  }
+  const json result = as_json(outcome);
+  if (!outcome.record.pv.empty()) {
+    record::write_record(csv_of(outcome.record), files.stage(out / "test.csv"));
+  } else {
+    files.add(out / "test.csv", "time,pv\n");
+  }
+  files.add(out / "test.json", result.dump(2) + "\n");
+  files.add(out / "report.html", page(outcome));
+  files.commit();
+  options.json ? show_json(result) : print_text(outcome);
+  if (!outcome.ended_early.empty()) return kExitTryAgain;
+  return kExitOk;
+}
+
+}  // namespace loopwarden::workbench
