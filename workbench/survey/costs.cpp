@@ -20,7 +20,8 @@ Costs read_costs(MapReader& in) {
   in.set_number("hours_per_year",
                 {.unit = "h", .range = config::between(1.0, 8784.0), .meaning = "of operation"},
                 costs.hours_per_year);
-  in.maybe_section("loss", "cost per year of a PV that swings by 1 % of its span (RMS), as [least, most]",
+  in.maybe_section("loss",
+                   "cost per year of a PV that swings by 1 % of its span (RMS), as [least, most]",
                    [&](MapReader& kinds) {
                      for (KindCost& kind : costs.kinds)
                        set_range(kinds, kind.kind, {.range = config::at_least(0.0)}, kind.loss);

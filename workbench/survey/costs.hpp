@@ -28,7 +28,7 @@ inline constexpr std::array kWorks{Work::repair,   Work::test,        Work::tune
 
 struct WorkCost {
   Work work;
-  const char* key;  // in the file
+  const char* key;     // in the file
   const char* action;  // next step of survey.json
   std::string who;
   bool shutdown = false;
@@ -50,14 +50,26 @@ struct Costs {
                                  {"level", {0.0, 300.0}},
                                  {"temperature", {300.0, 3000.0}},
                                  {"unknown", {50.0, 1000.0}}}};
-  double overhaul = 4000.0;            // currency
+  double overhaul = 4000.0;               // currency
   Range strokes{100'000.0, 1'000'000.0};  // full strokes between two overhauls
   std::array<WorkCost, 6> works{
       {{Work::repair, "repair", "repair", "technician", true, 240.0, {0.5, 0.9}},
        {Work::test, "test", "test the valve", "technician", false, 30.0, {0.3, 0.9}},
        {Work::tune, "tune", "tune", "control engineer", false, 120.0, {0.4, 0.8}},
-       {Work::upstream, "look_upstream", "look upstream", "control engineer", false, 60.0, {0.2, 0.8}},
-       {Work::transmitter, "transmitter", "check the transmitter", "technician", false, 60.0, {0.2, 0.9}},
+       {Work::upstream,
+        "look_upstream",
+        "look upstream",
+        "control engineer",
+        false,
+        60.0,
+        {0.2, 0.8}},
+       {Work::transmitter,
+        "transmitter",
+        "check the transmitter",
+        "technician",
+        false,
+        60.0,
+        {0.2, 0.9}},
        {Work::look, "look_closer", "look closer", "operator", false, 30.0, {0.0, 0.8}}}};
 
   const WorkCost& of(Work work) const { return works[static_cast<std::size_t>(work)]; }

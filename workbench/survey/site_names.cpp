@@ -25,9 +25,11 @@ bool is_instrument(std::string_view part) {
     std::size_t to = from;
     while (to < part.size() && is_letter(part[to])) ++to;
     const std::string letters = base::lower_case(part.substr(from, to - from));
-    const bool number = std::any_of(part.begin() + static_cast<std::ptrdiff_t>(to), part.end(), is_figure);
+    const bool number =
+        std::any_of(part.begin() + static_cast<std::ptrdiff_t>(to), part.end(), is_figure);
     constexpr std::size_t kMost = 5;
-    if (letters.size() >= 2 && letters.size() <= kMost && letters.find('c', 1) != letters.npos && number)
+    if (letters.size() >= 2 && letters.size() <= kMost && letters.find('c', 1) != letters.npos &&
+        number)
       return true;
     from = std::max(to, from + 1);
   }
@@ -60,7 +62,7 @@ std::string folders_of(std::string_view tag) {
 }
 
 const record::TagText* rule_of(std::span<const record::TagText> rules, const std::string& tag,
-                               const std::string record::TagText::* text, std::string& filled) {
+                               const std::string record::TagText::*text, std::string& filled) {
   for (const record::TagText& rule : rules) {
     if ((rule.*text).empty()) continue;
     const auto found = rule.pattern.match(tag);
@@ -102,10 +104,6 @@ std::optional<std::pair<double, double>> time_of(const json& loop) {
   return std::pair(first, first + windows.back().at("to_s").get<double>());
 }
 
-bool contains(const std::string& area, const std::string& other) {
-  return other == area || other.starts_with(area + "/");
-}
-
 }  // namespace
 
 std::string_view instrument_part(std::string_view tag) {
@@ -137,7 +135,7 @@ bool share_a_unit(const json& a, const json& b) {
   if (a.at("area_from").is_string() && a.at("area_from") == b.at("area_from")) {
     const auto in_a = a.at("area").get<std::string>();
     const auto in_b = b.at("area").get<std::string>();
-    return contains(in_a, in_b) || contains(in_b, in_a);
+    return base::is_in_area(in_a, in_b) || base::is_in_area(in_b, in_a);
   }
   for (const json& file : a.value("files", json::array())) {
     for (const json& other : b.value("files", json::array())) {

@@ -88,7 +88,8 @@ const char* confidence_of(const json& loop, Work work) {
     case Work::transmitter: return "medium";
     case Work::upstream:
       // A loop that pushes it is measured. A common period is a coincidence at worst.
-      return loop.at("cause") == "neighbour" || loop.at("cause") == "master_loop" ? "medium" : "low";
+      return loop.at("cause") == "neighbour" || loop.at("cause") == "master_loop" ? "medium"
+                                                                                  : "low";
     case Work::look: return loop.at("verdict") == "other_cause" ? "medium" : "low";
   }
   return "low";
@@ -112,25 +113,26 @@ json order_for(const json& loop, Work work, const Costs& costs) {
   const std::string finding = surveyed_verdict(loop);
   const json& windows = loop.at("windows");
   const std::string action = cost.action;
-  return {{"id", shown + " " + action},
-          {"action", action},
-          {"tag", shown},
-          {"source_tag", loop.at("tag")},
-          {"area", loop.at("area")},
-          {"who", cost.who},
-          {"shutdown", cost.shutdown},
-          {"minutes", cost.minutes},
-          {"currency", costs.currency},
-          {"confidence", confidence_of(loop, work)},
-          {"probability", work == Work::repair || work == Work::test ? loop.at("probability")
-                                                                     : json(nullptr)},
-          {"finding", finding},
-          {"short_text", clipped(capitalised(action) + ": " + shown + ", " + finding)},
-          {"text", capitalised(loop.at("next").at("why").get<std::string>()) + "."},
-          {"also_steadies", json::array()},
-          {"from", windows.empty() ? "" : moment_of(loop, windows.front().at("from_s").get<double>())},
-          {"to", windows.empty() ? "" : moment_of(loop, windows.back().at("to_s").get<double>())},
-          {"rank", loop.at("rank")}};
+  return {
+      {"id", shown + " " + action},
+      {"action", action},
+      {"tag", shown},
+      {"source_tag", loop.at("tag")},
+      {"area", loop.at("area")},
+      {"who", cost.who},
+      {"shutdown", cost.shutdown},
+      {"minutes", cost.minutes},
+      {"currency", costs.currency},
+      {"confidence", confidence_of(loop, work)},
+      {"probability",
+       work == Work::repair || work == Work::test ? loop.at("probability") : json(nullptr)},
+      {"finding", finding},
+      {"short_text", clipped(capitalised(action) + ": " + shown + ", " + finding)},
+      {"text", capitalised(loop.at("next").at("why").get<std::string>()) + "."},
+      {"also_steadies", json::array()},
+      {"from", windows.empty() ? "" : moment_of(loop, windows.front().at("from_s").get<double>())},
+      {"to", windows.empty() ? "" : moment_of(loop, windows.back().at("to_s").get<double>())},
+      {"rank", loop.at("rank")}};
 }
 
 // Makes the order to look upstream of `loop` one at its source.
@@ -140,8 +142,7 @@ void move_to(const json& source, const json& loop, json& order) {
   order["source_tag"] = source.at("tag");
   order["area"] = source.at("area");
   order["id"] = shown + " " + order.at("action").get<std::string>();
-  order["short_text"] =
-      clipped("Look at " + shown + " for " + loop.at("shown").get<std::string>());
+  order["short_text"] = clipped("Look at " + shown + " for " + loop.at("shown").get<std::string>());
   order["also_steadies"].push_back(loop.at("shown"));
 }
 
@@ -164,7 +165,8 @@ json worklist(const json& survey, const Costs& costs, const LoopWeights& weights
   for (const json& loop : survey.at("loops")) {
     const auto work = work_of(loop);
     if (work && served_by(loop).empty())
-      orders[loop.at("tag").get<std::string>()] = {order_for(loop, *work, costs), cost_of(loop, costs, weights), *work};
+      orders[loop.at("tag").get<std::string>()] = {order_for(loop, *work, costs),
+                                                   cost_of(loop, costs, weights), *work};
   }
   // Loops that follow another one. A chain ends at the first loop with an order.
   for (const json& loop : survey.at("loops")) {
@@ -198,10 +200,10 @@ json worklist(const json& survey, const Costs& costs, const LoopWeights& weights
     sorted.push_back(std::move(order));
   }
   const auto key = [](const Order& order) {
-    return std::tuple(order_of(order.told.at("confidence")),
-                      -order.told.at("saving_low").get<double>() -
-                          order.told.at("saving_high").get<double>(),
-                      order.told.at("rank").get<std::size_t>());
+    return std::tuple(
+        order_of(order.told.at("confidence")),
+        -order.told.at("saving_low").get<double>() - order.told.at("saving_high").get<double>(),
+        order.told.at("rank").get<std::size_t>());
   };
   std::stable_sort(sorted.begin(), sorted.end(),
                    [&](const Order& a, const Order& b) { return key(a) < key(b); });
@@ -219,10 +221,11 @@ std::string saving_text(const json& order) {
 }
 
 std::string worklist_csv(const json& orders) {
-  constexpr std::array kColumns{"order",         "id",         "short_text", "tag",        "action",
-                                "who",           "shutdown",   "minutes",    "saving_low", "saving_high",
-                                "currency",      "confidence", "probability", "finding",   "text",
-                                "also_steadies", "area",       "source_tag", "from",       "to"};
+  constexpr std::array kColumns{"order",       "id",          "short_text", "tag",
+                                "action",      "who",         "shutdown",   "minutes",
+                                "saving_low",  "saving_high", "currency",   "confidence",
+                                "probability", "finding",     "text",       "also_steadies",
+                                "area",        "source_tag",  "from",       "to"};
   std::string text = fmt::format("{}\n", fmt::join(kColumns, ","));
   for (const json& order : orders) {
     std::string line;

@@ -41,15 +41,14 @@ json list_of(std::vector<json> loops, const SiteSettings& site = {}, const Costs
 }
 
 TEST_CASE("tags are shown without server, folders and block", "[survey][worklist]") {
-  for (const auto& [tag, shown] :
-       {std::pair{"[default]Plant/Area1/PIC1112", "PIC1112"},
-        {"dcs.FIC1116", "FIC1116"},
-        {"PIC1105/PID1", "PIC1105"},
-        {"Unit 2\\21-FIC-105A", "21-FIC-105A"},
-        {"::[PLC01]Program:Main.FIC308", "FIC308"},
-        {"FIC101", "FIC101"},
-        {"boiler.temp", "boiler.temp"},
-        {"", ""}}) {
+  for (const auto& [tag, shown] : {std::pair{"[default]Plant/Area1/PIC1112", "PIC1112"},
+                                   {"dcs.FIC1116", "FIC1116"},
+                                   {"PIC1105/PID1", "PIC1105"},
+                                   {"Unit 2\\21-FIC-105A", "21-FIC-105A"},
+                                   {"::[PLC01]Program:Main.FIC308", "FIC308"},
+                                   {"FIC101", "FIC101"},
+                                   {"boiler.temp", "boiler.temp"},
+                                   {"", ""}}) {
     CHECK(instrument_part(tag) == shown);
   }
   std::vector<json> loops{survey_loop("[default]Plant/Area1/PIC1112", "healthy"),
@@ -93,10 +92,10 @@ TEST_CASE("a group has a likely source only among loops that share a unit", "[su
 }
 
 TEST_CASE("one order serves the loops that follow a sticking valve", "[survey][worklist]") {
-  const json orders = list_of({with_swing(valve_loop("FIC2102", 4.0), 2.0),
-                               swinging("FIC2101", "disturbance"), swinging("FIC3101", "tuning", 9.0),
-                               with_swing(survey_loop("FIC9", "healthy"), 0.1),
-                               with_swing(survey_loop("FIC8", "cant_tell"), 5.0)});
+  const json orders =
+      list_of({with_swing(valve_loop("FIC2102", 4.0), 2.0), swinging("FIC2101", "disturbance"),
+               swinging("FIC3101", "tuning", 9.0), with_swing(survey_loop("FIC9", "healthy"), 0.1),
+               with_swing(survey_loop("FIC8", "cant_tell"), 5.0)});
   REQUIRE(orders.size() == 2);
   CHECK(orders[0]["tag"] == "FIC2102");
   CHECK(orders[0]["order"] == 1);
@@ -134,8 +133,7 @@ TEST_CASE("the list names the slave's valve in place of the master's tuning",
   site.tags[0].pattern = record::TagPattern("*FIC101");
   site.tags[0].master = "TIC101";
   const json master = swinging("dcs.TIC101", "tuning");
-  const json orders =
-      list_of({with_swing(valve_loop("dcs.FIC101", 4.0), 2.0), master}, site);
+  const json orders = list_of({with_swing(valve_loop("dcs.FIC101", 4.0), 2.0), master}, site);
   REQUIRE(orders.size() == 1);
   CHECK(orders[0]["tag"] == "FIC101");
   CHECK(orders[0]["action"] == "repair");
@@ -146,8 +144,8 @@ TEST_CASE("the list names the slave's valve in place of the master's tuning",
   CHECK(other[0]["tag"] == "TIC101");
   CHECK(other[0]["action"] == "tune");
   // A healthy slave does not stop the tuning of its master.
-  CHECK(list_of({with_swing(survey_loop("dcs.FIC101", "healthy"), 0.1), master}, site)[0]["action"] ==
-        "tune");
+  CHECK(list_of({with_swing(survey_loop("dcs.FIC101", "healthy"), 0.1), master},
+                site)[0]["action"] == "tune");
 }
 
 TEST_CASE("costs of a site replace the defaults, and errors are strict", "[survey][worklist]") {
@@ -166,7 +164,8 @@ TEST_CASE("costs of a site replace the defaults, and errors are strict", "[surve
   const auto error_of = [](const char* text) {
     return config::to_text(read_costs_text("c.yaml", text).diagnostics);
   };
-  CHECK_THAT(error_of("loss: {flw: [1, 2]}\n"), Contains("c.yaml:1:") && Contains("did you mean 'flow'?"));
+  CHECK_THAT(error_of("loss: {flw: [1, 2]}\n"),
+             Contains("c.yaml:1:") && Contains("did you mean 'flow'?"));
   CHECK_THAT(error_of("loss: {flow: [2, 1]}\n"), Contains("loss.flow"));
   CHECK_THAT(error_of("loss: {flow: 5}\n"), Contains("loss.flow"));
   CHECK_THAT(error_of("work: {repair: {removes: [0, 2]}}\n"), Contains("removes"));
@@ -179,8 +178,7 @@ TEST_CASE("costs of a site replace the defaults, and errors are strict", "[surve
   // A known cost of the loop replaces the assumed loss.
   LoopWeights weights;
   weights["FIC1"].cost_per_hour = 1.0;
-  const json survey =
-      join_survey({with_swing(valve_loop("FIC1", 4.0), 2.0)}, json::array(), {});
+  const json survey = join_survey({with_swing(valve_loop("FIC1", 4.0), 2.0)}, json::array(), {});
   CHECK(worklist(survey, {}, weights)[0]["saving_high"] == 7200.0);
 }
 
@@ -254,9 +252,8 @@ TEST_CASE("loops in thirty layouts of historians are read without an option",
   }
   std::filesystem::create_directory(folder / "plant");
   write_file(folder / "plant/u.csv", text + "\n");
-  const ShellOutcome made =
-      run("python3 " LOOPWARDEN_SOURCE_DIR "/lab/plant_study/layouts.py " + path("plant") + " " +
-          path("exports") + " 2>&1");
+  const ShellOutcome made = run("python3 " LOOPWARDEN_SOURCE_DIR "/lab/plant_study/layouts.py " +
+                                path("plant") + " " + path("exports") + " 2>&1");
   INFO(made.text);
   REQUIRE(made.exit_code == 0);
   const ShellOutcome told =
