@@ -157,7 +157,8 @@ struct LoopConfig {
   std::uint32_t file_hash = 0;  // CRC-32 of the file's text
   std::string name;             // the tag, e.g. FIC-101
   std::string description;
-  std::string area;
+  std::string area;    // path: Unit 2/Reactor
+  std::string master;  // tag of the loop that writes the set point; empty: no cascade
   std::string pv_unit;
   std::string co_unit;
   double sample_time_s = 0.1;  // s

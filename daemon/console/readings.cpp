@@ -78,6 +78,7 @@ protocol::LoopDescription description_of(const LoopRuntime& loop, const Recorder
   return {.tag = config.name,
           .description = config.description,
           .area = config.area,
+          .master = config.master,
           .control = control_of(loop),
           .pv_unit = config.pv_unit,
           .co_unit = config.co_unit,

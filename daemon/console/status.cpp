@@ -426,6 +426,8 @@ protocol::LoopStatus loop_status(const Plant& plant, std::size_t index) {
       .pv_unit = config.pv_unit,
       .co_unit = config.co_unit,
       .control = control_of(runtime),
+      .area = config.area,
+      .master = config.master,
       .pv_range = ranges.pv_range,
       .co_range = ranges.co_range,
       .sample_time_s = config.sample_time_s,

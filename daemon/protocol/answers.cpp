@@ -53,8 +53,8 @@ PROTOCOL_JSON(Cycle, period, time_s, sp, pv, co, stem, set_point_wanted, mode, r
 PROTOCOL_JSON(Gains, kp, ki, kd)
 PROTOCOL_JSON(LoopGains, in_force, file, derivative_filter_s, not_in_file, by, since_ms)
 PROTOCOL_JSON(Commissioned, by, since_ms, ends_in_s)
-PROTOCOL_LISTED(LoopStatus, name, description, control, pv_unit, co_unit, pv_range, co_range,
-                sample_time_s, io, recording, monitor, alarms, incident, orders_refused,
+PROTOCOL_LISTED(LoopStatus, name, description, area, master, control, pv_unit, co_unit, pv_range,
+                co_range, sample_time_s, io, recording, monitor, alarms, incident, orders_refused,
                 position_age_ms, gains, commissioning, out_of_service)
 template <>
 struct Members<LoopStatus> : WithPart<LoopStatus, Cycle, &LoopStatus::cycle> {};
@@ -83,8 +83,8 @@ PROTOCOL_JSON(SpecialistView, mse, class_, probability)
 PROTOCOL_JSON(JudgedWindow, time_ms, verdict, suppressed, severity_percent, specialists)
 PROTOCOL_JSON(Windows, windows)
 
-PROTOCOL_JSON(LoopDescription, tag, description, area, control, pv_unit, co_unit, sample_time_s,
-              stem, monitor, twin, specialists, recording, simulated, folder, pv_range, co_range,
+PROTOCOL_JSON(LoopDescription, tag, description, area, master, control, pv_unit, co_unit,
+              sample_time_s, stem, monitor, twin, specialists, recording, simulated, folder, pv_range, co_range,
               sp_limits, output_limits, source, action)
 PROTOCOL_JSON(Report, name, loop, kind, from_ms, to_ms, by, asked_ms, state, place, started_ms,
               ended_ms, doing, percent, sentence, page)

@@ -237,7 +237,8 @@ struct Commissioned {
 
 struct LoopStatus {
   std::string name{}, description{}, pv_unit{}, co_unit{};
-  std::string control{"here"};  // or elsewhere: another controller runs the loop
+  std::string control{"here"};   // or elsewhere: another controller runs the loop
+  std::string area{}, master{};  // path; tag of the loop that writes the set point, or empty
   Range pv_range{}, co_range{};
   double sample_time_s = 0.0;
   Io io{};
@@ -307,7 +308,7 @@ struct Windows {
 // --- constant between two reloads ---
 
 struct LoopDescription {
-  std::string tag{}, description{}, area{}, control{"here"}, pv_unit{}, co_unit{};
+  std::string tag{}, description{}, area{}, master{}, control{"here"}, pv_unit{}, co_unit{};
   double sample_time_s = 0.1;
   bool stem = false, monitor = false, twin = false;
   std::vector<std::string> specialists{};

@@ -45,6 +45,20 @@ LoopConfig read(const std::string& text) {
 
 }  // namespace
 
+TEST_CASE("A slave in cascade is in its normal mode", "[config][watch][cascade]") {
+  const auto automatic = [](const std::string& more, const std::string& manual) {
+    const LoopConfig loop =
+        read(kFeed + "  mode: {feed: \"opcua:M\", automatic: [AUTO], manual: [" + manual + "]}\n" +
+             more);
+    return std::get<hal::feed::FeedSettings>(loop.io).mode_values.automatic;
+  };
+  const double cas = hal::number_of_word("CAS");
+  CHECK_FALSE(hal::holds(automatic("", "MAN"), cas));
+  CHECK(hal::holds(automatic("cascade: {master: TIC-204}\n", "MAN"), cas));
+  CHECK_FALSE(
+      hal::holds(automatic("cascade: {master: TIC-204}\n", "CAS"), cas));  // the site's word
+}
+
 TEST_CASE("A loop that another controller runs is read over Modbus", "[config][watch]") {
   const LoopConfig loop =
       read(with(kModbus, "  co:",

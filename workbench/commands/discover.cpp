@@ -98,7 +98,7 @@ std::vector<record::TagRule> rules_in(const std::string& path) {
   auto rules = read_rules_file(path);
   if (!rules) fail(kExitConfiguration, "{}", base::trimmed(config::to_text(rules.diagnostics)));
   fmt::print(stderr, "{}", config::to_text(rules.diagnostics));
-  return std::move(*rules);
+  return std::move(rules->rules);
 }
 
 // Writes the loops' files and collects one line of results per loop.

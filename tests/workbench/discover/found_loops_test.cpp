@@ -17,7 +17,7 @@ std::vector<record::TagRule> rules_of(const char* text) {
   const auto rules = read_rules_text("r.yaml", text);
   INFO(config::to_text(rules.diagnostics));
   REQUIRE(rules);
-  return *rules;
+  return rules->rules;
 }
 
 FoundLoops found(const std::string& rows, const std::vector<record::TagRule>& rules = {}) {
