@@ -34,7 +34,7 @@ test("browse prints the server's data about its tags", () => {
   const { status, stdout } = rig.run("browse");
   assert.equal(status, 0);
   const rows = stdout.trimEnd().split("\n");
-  assert.equal(rows[0], "name,node_id,data_type,unit,low,high,description");
+  assert.equal(rows[0], "name,node_id,data_type,unit,low,high,description,value");
   assert.equal(rows.length, 1 + 8);
   assert.ok(rows.includes('FIC001.SP,nsu=urn:test:dcs;s=FIC001.SP,Double,m3/h,0,40,"Feed, ""wanted"""'));
   assert.ok(rows.includes("FIC002.MODE,nsu=urn:test:dcs;s=FIC002.MODE,Int32,,,,"));
