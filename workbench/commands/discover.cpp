@@ -224,7 +224,7 @@ int run_discover(const DiscoverCommand& given) {
     }
   }
   const std::string source = browser ? browser->source : options.tags;
-  const discover::TagList tags = discover::read_tag_list(list, source);
+  const discover::TagList tags = discover::read_tag_file(list, source);
   for (const std::string& note : tags.notes) fmt::print(stderr, "{}\n", note);
   const discover::FoundLoops found = discover::find_loops(tags.tags, rules);
   const std::string nodes = discover::node_list(

@@ -127,7 +127,7 @@ TagList read_tag_list(const std::string& file, std::string_view text) {
   return list;
 }
 
-TagList read_tag_list(const std::filesystem::path& path, const std::string& name) {
+TagList read_tag_file(const std::filesystem::path& path, const std::string& name) {
   const auto source = record::Containers().open(path, record::Encoding::automatic);
   std::string text;
   for (std::string_view line; source->next(line);) text.append(line).push_back('\n');

@@ -37,6 +37,6 @@ struct TagList {
 TagList read_tag_list(const std::string& file, std::string_view text);
 // Reads a file, which may be packed or encoded like an export, or BOOK.xlsx/SHEET. `name`: for
 // notes and errors. Also throws record::RecordError.
-TagList read_tag_list(const std::filesystem::path& path, const std::string& name);
+TagList read_tag_file(const std::filesystem::path& path, const std::string& name);
 
 }  // namespace loopwarden::workbench::discover

@@ -92,10 +92,10 @@ TEST_CASE("a file is read in the usual encodings of exports", "[discover]") {
   tests::write_file(folder / "t.csv",
                     "tag,unit\nF.PV,\xb0"
                     "C\n");  // Latin-1
-  CHECK(read_tag_list(folder / "t.csv", "t.csv").tags.at(0).unit ==
+  CHECK(read_tag_file(folder / "t.csv", "t.csv").tags.at(0).unit ==
         "\xc2\xb0"
         "C");
-  CHECK_THROWS(read_tag_list(folder / "none.csv", "none.csv"));
+  CHECK_THROWS(read_tag_file(folder / "none.csv", "none.csv"));
 }
 
 }  // namespace loopwarden::workbench::discover::tag_list_test

@@ -50,8 +50,13 @@ class Feeder(threading.Thread):
                 yield {"name": name, "value": value}
 
 
+def texts(browser, selector):
+    """In one call, because the list is made again with each change."""
+    return browser.run("[...document.querySelectorAll(arguments[0])].map((one) => one.innerText)", selector)
+
+
 def rows(browser):
-    return [row.text for row in browser.all(".alarms tbody tr")]
+    return texts(browser, ".alarms tbody tr")
 
 
 def one_alarm(box, browser, feeder):
@@ -60,7 +65,7 @@ def one_alarm(box, browser, feeder):
     feeder.lost = True
     browser.until(lambda: "to acknowledge" in browser.text(".summary"), "a lost server raises no alarm", 60)
     browser.check("1 to acknowledge" in browser.text(".summary"), f"one outage is {browser.text('.summary')!r}")
-    browser.until(lambda: sum("Connection lost, suppressed" in tile.text for tile in browser.all(".tile")) == len(TAGS), "not every tile shows that its alarm is suppressed", 30)
+    browser.until(lambda: sum("Connection lost, suppressed" in tile for tile in texts(browser, ".tile")) == len(TAGS), "not every tile shows that its alarm is suppressed", 30)
     browser.go(box, "alarms")
     browser.until(lambda: len(rows(browser)) == 1 and SERVER in rows(browser)[0], f"the alarm does not name its server: {rows(browser)}")
     browser.press(".alarms a[href='#/alarms/box/connection_lost']")
@@ -69,7 +74,7 @@ def one_alarm(box, browser, feeder):
     browser.until(lambda: browser.text("main section h2") == "Connections" and SERVER in browser.text("main section"), f"the System view does not begin with the connections: {browser.text('main')[:200]}")
     feeder.lost = False
     browser.go(box)
-    browser.until(lambda: not any("suppressed" in tile.text for tile in browser.all(".tile")), "tiles stay suppressed", 60)
+    browser.until(lambda: not any("suppressed" in tile for tile in texts(browser, ".tile")), "tiles stay suppressed", 60)
     browser.check("1 to acknowledge" in browser.text(".summary"), f"after the outage {browser.text('.summary')!r}")
 
 
@@ -79,7 +84,7 @@ def list_used(box, browser, feeder):
     browser.until(lambda: len(rows(browser)) == 3, f"not every alarm is there: {rows(browser)}", 60)
     high = browser.run("[...document.querySelectorAll('.alarms tbody tr')].map((row) => row.getBoundingClientRect().height)")
     browser.check(max(high) <= 44, f"rows are {high} pixels high")
-    loops = lambda: [cell.text for cell in browser.all(".alarms .owner")]
+    loops = lambda: texts(browser, ".alarms tbody .owner")
     browser.run("document.querySelector('.alarms thead button[data-key=\"sort loop\"]').focus()")
     ActionChains(browser.driver).send_keys(Keys.ENTER).perform()
     browser.until(lambda: loops() == ["FIC-203", "FIC-207", "The box"], f"sorted by loop: {loops()}")
