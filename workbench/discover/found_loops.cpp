@@ -26,29 +26,26 @@ using record::SignalRange;
 constexpr const char* kAutomatic = "1";
 constexpr const char* kManual = "0";
 constexpr std::array<std::string_view, 10> kAutomaticWords{
-    "AUTO", "AUT", "AUTOMATIC", "CAS", "CASC", "CASCADE", "RCAS", "RSP", "REMOTE", "BCAS"};
-constexpr std::array<std::string_view, 6> kManualWords{"MAN", "MANUAL", "IMAN",
-                                                       "LO",  "ROUT",   "OOS"};
+    "Auto", "Aut", "Automatic", "Cas", "Casc", "Cascade", "RCas", "Rsp", "Remote", "BCas"};
+constexpr std::array<std::string_view, 6> kManualWords{"Man", "Manual", "IMan",
+                                                       "LO",  "ROut",   "OOS"};
 
 bool is_lower(char c) { return c >= 'a' && c <= 'z'; }
 
-std::string capitals(std::string text) {
-  for (char& c : text) {
+// Returns a word in the case of `example`: AUTO, Auto or auto. An empty example counts as AUTO.
+std::string in_case_of(std::string_view word, std::string_view example) {
+  if (!example.empty() && is_lower(example.front())) return base::lower_case(word);
+  const auto raise = [](char& c) {
     if (is_lower(c)) c = static_cast<char>(c - 'a' + 'A');
+  };
+  std::string text(word);
+  if (std::any_of(example.begin(), example.end(), is_lower)) {
+    raise(text.front());
+  } else {
+    std::for_each(text.begin(), text.end(), raise);
   }
   return text;
 }
-
-// Returns a word of capitals in the case of `example`: AUTO, Auto or auto.
-std::string in_case_of(std::string_view word, std::string_view example) {
-  if (std::none_of(example.begin(), example.end(), is_lower)) return std::string(word);
-  std::string text = base::lower_case(word);
-  if (!is_lower(example.front())) text.front() = word.front();
-  return text;
-}
-
-bool is_digit(char c) { return c >= '0' && c <= '9'; }
-bool is_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); }
 
 // A loop under construction. `path` holds its folders, its tag and perhaps a block.
 struct Candidate {
@@ -400,7 +397,7 @@ class LoopFinder {
         if (is_number) values.push_back(text);
         // A rule ignores the case, a loop file does not.
         if (!is_number && tag.is_text) {
-          values.push_back(in_case_of(capitals(text), tag.value));
+          values.push_back(in_case_of(text, tag.value));
         }
       }
     };

@@ -560,6 +560,7 @@ def tuned(box, browser, source, folder):
     tuning.operators_look(box, browser)
     browser.log_out()
     browser.log_in(box, "ella")
+    tuning.not_for_a_sticking_valve(box, browser, TAG)
     tuning.works(box, browser)
     tuning.propose(box, browser)
     axe(browser, "tuning", source)
