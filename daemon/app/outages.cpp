@@ -84,7 +84,8 @@ host::LostConnections Outages::look(double uptime_s) {
   }
   host::LostConnections all;
   for (auto& [key, one] : lost) {
-    if (!one.units.empty()) one.connection.what += fmt::format(", unit {}", fmt::join(one.units, ", "));
+    if (!one.units.empty())
+      one.connection.what += fmt::format(", unit {}", fmt::join(one.units, ", "));
     (key.first ? all.feeders : all.connections).push_back(std::move(one.connection));
   }
   return all;
@@ -111,14 +112,14 @@ std::vector<protocol::ConnectionStatus> Outages::connections() const {
     if (!found) continue;
     std::string lost = found->unit ? fmt::format("unit {}", *found->unit) : found->what;
     if (const auto end = lost.rfind(" (" + name + ")"); end != std::string::npos) lost.resize(end);
-    if (found->feeder) lost = "sends nothing";
+    if (found->feeder) lost = "sends no lines";
     if (std::find(one.lost.begin(), one.lost.end(), lost) == one.lost.end()) {
       one.lost.push_back(std::move(lost));
     }
   }
   std::vector<protocol::ConnectionStatus> list;
   for (auto& [name, one] : all) {
-    // A link has no state of its own: it works if any loop on it receives PV.
+    // A link works if any loop on it receives PV.
     if (!one.feeder) one.up = one.silent_loops < one.loops;
     list.push_back(std::move(one));
   }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Finds the connections that are lost, with the loops behind each, and reports to the alarms of
-// these loops that the box's alarm stands for them.
+// Finds the lost connections with their loops. The alarms of these loops are suppressed, because an
+// alarm of the box reports the connection.
 //
-//   feeder       it is not connected, or sends nothing
+//   feeder       it is not connected, or sends no lines
 //   its source   the part that the feeder names (feed_line.hpp), such as a broker or an edge node
 //   link         of Modbus loops, with the units that do not answer
 //
@@ -30,8 +30,8 @@ class Outages {
           supervision::AlarmRegistry& alarms, const host::HostAlarms& box)
       : loops_(loops), feeders_(feeders), alarms_(alarms), box_(box) {}
 
-  // After a restart: the loops with active alarms may be behind an outage that the box's alarm
-  // already names. Call it before the threads start.
+  // After a restart: suppresses the active alarms of all loops if the box's alarm for a lost
+  // connection is active. Call it before the threads start.
   void restore();
   // `uptime_s`: of the daemon.
   host::LostConnections look(double uptime_s);
@@ -41,11 +41,11 @@ class Outages {
  private:
   struct Behind {
     std::string what;
-    bool feeder = false;   // the feeder itself is lost
+    bool feeder = false;        // the feeder itself is lost
     std::optional<int> unit{};  // of a Modbus link
   };
   std::optional<Behind> behind(const LoopRuntime& loop, base::Reason silence) const;
-  // Returns the box's alarm of before the restart that may stand for the loop; empty: none.
+  // Returns the active alarm of the box for a lost connection; empty: there is none.
   std::string known_outage() const;
 
   const std::vector<LoopRuntime>& loops_;

@@ -116,6 +116,7 @@ void Feeder::keep_link() {
   if (is_new) {
     log_.info("feed.sock", "connected", "feed.sock: connected");
     link_trouble_.clear();
+    if (!config_.feeder.empty()) link_.send(protocol::feed_sign_of_life(config_.feeder));
     broker_there_ ? send_newest() : send_lost();
   } else if (!link_.why().empty() && link_.why() != link_trouble_) {
     link_trouble_ = link_.why();

@@ -41,12 +41,13 @@ struct Bench {
     table.feeder("opcua").counters().connected = true;
   }
   void feed_bad(const std::string& name, const std::string& source) {
-    table.feeder("opcua").put(name, {.quality = hal::Quality::bad, .source = source}, {.now_ns = 1});
+    table.feeder("opcua").put(name, {.quality = hal::Quality::bad, .source = source},
+                              {.now_ns = 1});
   }
   void silent(std::size_t loop, Reason reason) {
     alarms.of(loop).set_pv_silence(reason);
-    const supervision::ProcessNews news{
-        {.kind = AlarmKind::bad_pv, .on = reason != Reason::none}, "test"};
+    const supervision::ProcessNews news{{.kind = AlarmKind::bad_pv, .on = reason != Reason::none},
+                                        "test"};
     alarms.of(loop).process_changed({&news, 1});
   }
   AlarmState bad_pv(std::size_t loop) const {
@@ -68,10 +69,8 @@ struct Bench {
   std::int64_t now_ms = 1'800'000'000'000;
   journal::Journal journal{{.folder = folder.path()}};
   std::vector<LoopRuntime> loops = std::vector<LoopRuntime>(4);
-  supervision::AlarmRegistry alarms{{{"A", 1.0}, {"B", 1.0}, {"C", 1.0}, {"D", 1.0}},
-                                    {},
-                                    journal,
-                                    [this] { return now_ms; }};
+  supervision::AlarmRegistry alarms{
+      {{"A", 1.0}, {"B", 1.0}, {"C", 1.0}, {"D", 1.0}}, {}, journal, [this] { return now_ms; }};
   host::HostAlarms box{{}, journal, [this] { return now_ms; }};
   host::HostJudge judge;
   hal::feed::FeedTable table;

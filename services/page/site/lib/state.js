@@ -16,11 +16,11 @@ const stands = (o, i) => Boolean(o.stands?.[i]);
 const CALM = new Set(['none', 'starting']);
 
 // Returns the displayed alarm of a loop: the one in the daemon's columns, with its size if `listed` has it.
-function alarmOf(o, i, listed, severe) {
+function alarmOf(o, i, listed, severe, incidentOf) {
   const state = named(ALARM_STATES, o.alarm[i]);
   if (!shown(state)) return null;
-  const kind = named(ALARM_KINDS, o.alarm_kind[i]), one = listed?.(kind);
-  return {state, name: changeName(kind), grave: priority(one ?? {alarm: kind}, severe), size: one?.severity_percent};
+  const kind = named(ALARM_KINDS, o.alarm_kind[i]), one = listed?.(kind), name = incidentOf?.(kind)?.name ?? kind;
+  return {state, name: changeName(name), grave: priority(one ?? {alarm: kind}, severe), size: name === kind ? one?.severity_percent : null};
 }
 
 function alarmLine({state, name, grave, size}) {
@@ -28,8 +28,8 @@ function alarmLine({state, name, grave, size}) {
   return [`${name}${typeof size === 'number' ? ` ${fixed(size, 1)} %` : ''}, ${texts.alarmStates[state]}`, signOf(state, grave), look];
 }
 
-function freshState(o, i, {loop, listed, severe, outage}) {
-  const fault = named(FAULTS, o.fault[i]), alarm = alarmOf(o, i, listed, severe);
+function freshState(o, i, {loop, listed, severe, outage, incidentOf}) {
+  const fault = named(FAULTS, o.fault[i]), alarm = alarmOf(o, i, listed, severe, incidentOf);
   if (outage && !unknown(o, i) && quality(o.quality[i]) === 'bad') return [fill(texts.overview.behind, {alarm: changeName(outage)}), 'bad', 'soft'];
   if (!unknown(o, i) && !CALM.has(fault)) return [texts.faults[fault], 'bad', 'high'];
   if (alarm && alarm.state !== 'shelved') return alarmLine(alarm);
@@ -43,7 +43,7 @@ function freshState(o, i, {loop, listed, severe, outage}) {
   return loop?.control === 'elsewhere' ? [texts.acts.watched[0], null, 'soft'] : [texts.overview.calm, null, ''];
 }
 
-// Returns the state of a loop in one line: [words, sign, look]. `about`: loop; listed(kind), its alarm in the list; outage: the box's alarm
+// Returns the state of a loop in one line: [words, sign, look]. `about`: loop; listed(kind), its alarm in the list; incidentOf(kind), the incident that has it in the list; outage: the box's alarm
 // that stands for its lost connection; severe, %; stale: all
 // values are old, including the information that a cycle has stopped.
 export function stateOf(o, i, about = {}) {

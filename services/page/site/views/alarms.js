@@ -106,7 +106,7 @@ class AlarmList {
 
   #head(name, text) {
     const {sort, turned} = this.#wish, on = sort === name, falling = ['state', 'size', 'raised'].includes(name);
-    const head = el('th', {scope: 'col', role: 'columnheader', class: name === 'size' ? 'number' : null, 'aria-sort': on ? (falling !== turned ? 'descending' : 'ascending') : null},
+    const head = el('th', {scope: 'col', role: 'columnheader', class: {size: 'number', priority: 'haste', raised: 'time'}[name] ?? null, 'aria-sort': on ? (falling !== turned ? 'descending' : 'ascending') : null},
       el('button', {type: 'button', class: 'sort', 'data-key': `sort ${name}`, click: () => this.#want(on && turned ? {sort: 'need', turned: false} : {sort: name, turned: on})}, text, el('span', {class: 'arrow', 'aria-hidden': 'true'})));
     return head;
   }

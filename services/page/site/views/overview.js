@@ -62,6 +62,7 @@ class Item {
     setText(this.mode, mode ? texts.modes[mode] : NONE);
     setAttribute(this.mode, 'class', mode && mode !== 'automatic' ? 'mode odd' : 'mode');
     const [words, sign, look] = stateOf(o, i, {loop, listed: (kind) => live.alarms.find((alarm) => alarm.loop === loop.tag && alarm.alarm === kind),
+      incidentOf: (kind) => live.incidents.find((incident) => incident.loop === loop.tag && incident.alarms.includes(kind)),
       outage: live.alarms.find((alarm) => alarm.loop === loop.tag && behindOutage(alarm))?.consequence_of, severe: live.severe_percent, stale: Boolean(live.stale)});
     setText(this.words, words);
     if (this.signShown !== sign) {

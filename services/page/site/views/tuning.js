@@ -44,6 +44,11 @@ class Proposals {
   async load(change = {}) {
     Object.assign(this, change);
     const mine = ++this.asked;
+    if (sticks(live.alarms, this.loop.tag)) {
+      this.#clear(el('p', {class: 'sick', role: 'status'}, icon('high'), ' ', fill(t.sticks, {alarms: sickness(live.alarms, this.loop.tag).map(changeName).join(', ')})),
+        el('button', {type: 'button', click: () => this.load()}, texts.again));
+      return;
+    }
     this.#clear(el('p', {class: 'nothing', role: 'status'}, t.working));
     try {
       const answer = await get(loopPath(this.loop.tag, 'tuning') + query({model: this.model, form: this.form}), this.scope.signal);
@@ -71,10 +76,6 @@ class Proposals {
     this.box = el('div', {class: 'panes'});
     this.apply = el('div', {class: 'hands'});
     const sick = sickness(live.alarms, this.loop.tag).map(changeName).join(', ');
-    if (sticks(live.alarms, this.loop.tag)) {
-      this.#clear(el('p', {class: 'sick'}, icon('high'), ' ', fill(t.sticks, {alarms: sick})), this.#about());
-      return;
-    }
     this.#clear(this.#choices(), this.#about(), sick ? el('p', {class: 'sick'}, icon('low'), ' ', fill(t.sick, {alarms: sick})) : '', this.#table(), el('p', {class: 'soft small'}, fill(t.steps, {most: answer.most_sensitivity})), this.box, this.apply);
     this.#draw();
   }
