@@ -84,8 +84,8 @@ PROTOCOL_JSON(JudgedWindow, time_ms, verdict, suppressed, severity_percent, spec
 PROTOCOL_JSON(Windows, windows)
 
 PROTOCOL_JSON(LoopDescription, tag, description, area, master, control, pv_unit, co_unit,
-              sample_time_s, stem, monitor, twin, specialists, recording, simulated, folder, pv_range, co_range,
-              sp_limits, output_limits, source, action)
+              sample_time_s, stem, monitor, twin, specialists, recording, simulated, folder,
+              pv_range, co_range, sp_limits, output_limits, source, action)
 PROTOCOL_JSON(Report, name, loop, kind, from_ms, to_ms, by, asked_ms, state, place, started_ms,
               ended_ms, doing, percent, sentence, page)
 PROTOCOL_JSON(Reports, reports)
