@@ -51,8 +51,8 @@ Observed joined(const Observed& record, const Observed& test, double rest_s) {
 Judged judge_test(const std::vector<Names>& explanations, const Observed& record,
                   const Observed& test, const plant::LoopModel& model, Options options,
                   const numeric::ParallelFor& parallel) {
-  const Observed both = joined(
-      record, test, kRest * std::max(plant::answer_s(model), model.sample_time_s));
+  const Observed both =
+      joined(record, test, kRest * std::max(plant::answer_s(model), model.sample_time_s));
   options.fitted = both.pv.size();
   const Estimate e = estimate(both, model, options, parallel);
   Judged out;

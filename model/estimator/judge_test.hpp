@@ -24,7 +24,7 @@
 namespace loopwarden::estimator {
 
 struct Judged {
-  std::vector<double> probability;   // of each explanation, after both records
+  std::vector<double> probability;           // of each explanation, after both records
   std::vector<std::string> likeliest_other;  // effects of the likeliest hypothesis besides them
   double other = 0.0;                        // probability of all hypotheses besides them
   bool explained = false;  // the likeliest hypothesis explains both records down to the floor
