@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <utility>
 #include <vector>
 
 #include "workbench/report/chart.hpp"
@@ -24,16 +25,7 @@ constexpr std::array<const char*, 3> kExplanationColours{palette::kBlue, palette
                                                          palette::kGreen};
 
 std::vector<double> columns_of(const std::vector<double>& values) {
-  const std::size_t count = std::min(kDrawnColumns, values.size());
-  std::vector<double> means;
-  for (std::size_t c = 0; c < count; ++c) {
-    const std::size_t from = c * values.size() / count;
-    const std::size_t to = (c + 1) * values.size() / count;
-    double sum = 0.0;
-    for (std::size_t k = from; k < to; ++k) sum += values[k];
-    means.push_back(sum / static_cast<double>(to - from));
-  }
-  return means;
+  return means_of(values, kDrawnColumns);
 }
 
 Chart move_chart(const TestPlan& plan) {
@@ -42,7 +34,11 @@ Chart move_chart(const TestPlan& plan) {
               .x_label = "s",
               .y_label = manual ? "CO units" : "PV units",
               .width = kDrawnWidth};
-  chart.lines.push_back({manual ? "CO" : "SP", palette::kInk, plan.time_s, plan.moved});
+  ChartLine line{manual ? "CO" : "SP", palette::kInk, plan.time_s, plan.moved};
+  // From the value before.
+  line.x.insert(line.x.begin(), 0.0);
+  line.y.insert(line.y.begin(), plan.moved.back());
+  chart.lines.push_back(std::move(line));
   return chart;
 }
 
@@ -51,7 +47,8 @@ Chart predicted_chart(const gap::NextTest& test) {
   Chart chart{.title = "Expected PV; shaded: 90 % of the tests",
               .x_label = "s",
               .y_label = "PV units",
-              .width = kDrawnWidth};
+              .width = kDrawnWidth,
+              .x_range = PlotRange{0.0, plan.duration_s}};
   const std::vector<double> time = columns_of(plan.time_s);
   for (std::size_t i = 0; i < test.explanations.size(); ++i) {
     const estimator::Predicted& band = plan.predicted[i];
