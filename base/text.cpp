@@ -13,6 +13,10 @@ std::string in_words(std::string_view name) {
   return words;
 }
 
+bool is_in_area(std::string_view path, std::string_view area) noexcept {
+  return path.starts_with(area) && (path.size() == area.size() || path[area.size()] == '/');
+}
+
 std::string as_shell_word(std::string_view text) {
   constexpr std::string_view kPlain =
       "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789/-_.+=:,@%";

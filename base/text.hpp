@@ -13,6 +13,8 @@ std::string_view trimmed(std::string_view text) noexcept;
 std::string lower_case(std::string_view text);  // ASCII letters only, in any locale
 // Returns a name for people: each '_' becomes a space.
 std::string in_words(std::string_view name);
+// Returns whether the area `path` is `area` or a part of it: Unit 2/Reactor is in Unit 2.
+bool is_in_area(std::string_view path, std::string_view area) noexcept;
 // Returns the text quoted as one word of a shell command.
 std::string as_shell_word(std::string_view text);
 // Returns the text for a message: shortened, and without characters that a terminal interprets.

@@ -36,6 +36,7 @@ class Reader {
 
   LoopAlarmConfig read(std::optional<MapReader> in) {
     alarm::NormalMode& normal = alarms_.process.normal_mode;
+    alarms_.watched = context_.watched;
     if (context_.watched) normal = alarm::NormalMode::any;
     process(AlarmKind::enable_open).fitted = context_.has_enable;
     process(AlarmKind::source_lost).fitted = context_.watched;

@@ -190,6 +190,38 @@ void check_pairs(std::vector<ReadFile>& files) {
   }
 }
 
+// Refuses a master that is no loop of the folder, and slaves that are their own masters through
+// others.
+void check_cascades(std::vector<ReadFile>& files) {
+  std::map<std::string, std::string> master_of;
+  std::vector<std::string> tags;
+  for (const ReadFile& file : files) {
+    tags.push_back(file.loop.config.name);
+    master_of[file.loop.config.name] = file.loop.config.master;
+  }
+  for (ReadFile& file : files) {
+    const std::string& name = file.loop.config.name;
+    const std::string& master = file.loop.config.master;
+    if (master.empty() || master == name) continue;
+    const auto refuse = [&](const std::string& why) {
+      file.report.error(file.loop.master, "cascade.master", why);
+    };
+    if (master_of.count(master) == 0) {
+      refuse(fmt::format("no loop file has the tag '{}'{}", quotable(master),
+                         suggestion(master, tags)));
+      continue;
+    }
+    std::string chain = name;
+    std::string at = master;
+    for (std::size_t steps = 0; !at.empty() && at != name && steps < files.size(); ++steps) {
+      chain += " < " + at;
+      const auto next = master_of.find(at);
+      at = next == master_of.end() ? std::string() : next->second;
+    }
+    if (at == name) refuse(fmt::format("the cascade is a circle: {} < {}", chain, name));
+  }
+}
+
 bool same_settings(LinkSettings a, const LinkSettings& b) {
   a.name = b.name;
   a.host = b.host;
@@ -364,6 +396,7 @@ LoopConfig placeholder(const ReadFile& file, std::string tag, std::string why) {
   loop.name = std::move(tag);
   loop.description = read.description;
   loop.area = read.area;
+  loop.master = read.master;
   loop.pv_unit = read.pv_unit;
   loop.co_unit = read.co_unit;
   loop.sample_time_s = std::max(read.sample_time_s, 0.1);
@@ -438,6 +471,7 @@ FolderReading read_folder(const fs::path& directory, const Drafts& drafts, const
     files.push_back(read_loop_source(path, drafts, daemon.config, text));
   }
   check_pairs(files);
+  check_cascades(files);
   check_links(daemon, files);
   check_acceleration(daemon, files, daemon_report);
   std::vector<Diagnostic> of_named_files;

@@ -125,10 +125,12 @@ void read_real_time(MapReader& in, RealTime& real_time) {
 }
 
 // Reads a user of this host, by name.
-FeederUser read_feeder(MapReader& in, const DaemonFile& daemon) {
+FeederUser read_feeder(MapReader& in) {
   FeederUser feeder;
-  const Value<std::string> user =
-      in.need_text("user", "user whose processes may write this feeder's values to feed.sock");
+  const Value<std::string> user = in.need_text(
+      "user",
+      "user whose processes may write this feeder's values to feed.sock. Feeders of one "
+      "user each need `feeder` in feed.yaml or opcua.yaml");
   feeder.user = user;
   if (!user.given || !user.valid) return feeder;
   feeder.uid = base::user_id(user);
@@ -136,12 +138,6 @@ FeederUser read_feeder(MapReader& in, const DaemonFile& daemon) {
     in.warning("user",
                fmt::format("there is no user '{}' on this host, so this feeder can't write values",
                            quotable(user.value)));
-  }
-  for (const auto& [name, other] : daemon.config.feeders) {
-    if (other.user != feeder.user && (!feeder.uid || other.uid != feeder.uid)) continue;
-    in.error("user", fmt::format("is also the user of feeder '{}', so it would not identify the "
-                                 "feeder. Use another user",
-                                 quotable(name)));
   }
   return feeder;
 }
@@ -244,7 +240,7 @@ DaemonFile read_daemon(MapReader& in, const std::string& file) {
   for (auto& [name, section] : in.maybe_named_sections(
            "feeders", "name", "users who may send values of watched loops to feed.sock")) {
     if (name.find(':') != std::string::npos) section.error("a feeder's name has no ':'");
-    config.feeders.emplace(name, read_feeder(section, daemon));
+    config.feeders.emplace(name, read_feeder(section));
   }
   for (auto& [name, section] :
        in.maybe_named_sections("links", "name", "Modbus links that loops refer to by name")) {

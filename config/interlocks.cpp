@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "config/interlocks.hpp"
 
+#include <fmt/format.h>
+
 #include <cmath>
 
 namespace loopwarden::config {
@@ -47,6 +49,22 @@ bool moves_may_act(const alarm::CorrectiveSettings& corrective, Backing backing)
       std::isfinite(corrective.max_move) && std::isfinite(corrective.max_moves_per_hour);
   return corrective.enabled && corrective.form == alarm::CorrectiveForm::planned_moves &&
          (bounded || !backing.hardware);
+}
+
+std::string connection_of(const Io& io) {
+  const auto text = [](const hal::modbus::LinkSettings& link) {
+    return link.transport == hal::modbus::Transport::tcp
+               ? fmt::format("Modbus {}:{}", link.host, link.port)
+               : "Modbus " + link.device;
+  };
+  if (const auto* feed = std::get_if<hal::feed::FeedSettings>(&io)) {
+    return feed->process_variable.name.feeder;
+  }
+  if (const auto* loop = std::get_if<hal::modbus::LoopModbusSettings>(&io)) {
+    return text(loop->transmitter_link);
+  }
+  const auto* source = std::get_if<hal::modbus::ModbusSourceSettings>(&io);
+  return source == nullptr ? std::string() : text(source->process_variable.link);
 }
 
 }  // namespace loopwarden::config

@@ -15,6 +15,10 @@ struct Backing {
 
 Backing backing_of(const Io& io) noexcept;
 
+// Returns the name of the connection that gives PV: a feeder, or "Modbus HOST:PORT"; empty for
+// others.
+std::string connection_of(const Io& io);
+
 // Reasons why the jacket must not act, for all kinds of requests.
 struct JacketInterlocks {
   bool paper = false;           // the form `paper` acts in `simulate` and `compare` only

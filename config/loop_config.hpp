@@ -130,6 +130,7 @@ struct LoopAlarmConfig {
   alarm::ProcessSettings process;
   std::array<alarm::Priority, alarm::kAlarmKindCount> priority = usual_priorities();
   std::array<AlarmTexts, alarm::kAlarmKindCount> texts;
+  bool watched = false;  // another controller runs the loop
 
   static constexpr std::array<alarm::Priority, alarm::kAlarmKindCount> usual_priorities() {
     std::array<alarm::Priority, alarm::kAlarmKindCount> all{};
@@ -140,7 +141,7 @@ struct LoopAlarmConfig {
   }
   // Returns the texts for people.
   AlarmTexts guide(alarm::AlarmKind kind) const {
-    const alarm::AlarmGuide usual = alarm::guide_of(kind);
+    const alarm::AlarmGuide usual = alarm::guide_of(kind, watched);
     const AlarmTexts& own = texts[alarm::index_of(kind)];
     const auto said = [](const std::string& text, const char* otherwise) {
       return text.empty() ? std::string(otherwise) : text;
@@ -156,7 +157,8 @@ struct LoopConfig {
   std::uint32_t file_hash = 0;  // CRC-32 of the file's text
   std::string name;             // the tag, e.g. FIC-101
   std::string description;
-  std::string area;
+  std::string area;    // path: Unit 2/Reactor
+  std::string master;  // tag of the loop that writes the set point; empty: no cascade
   std::string pv_unit;
   std::string co_unit;
   double sample_time_s = 0.1;  // s

@@ -139,6 +139,8 @@ class LoopReader {
       IoSection io = read_watched_io(*section, io_context());
       loop_.command = io.command;
       config().io = std::move(io.io);
+      if (auto* feed = std::get_if<hal::feed::FeedSettings>(&config().io))
+        accept_cascade(feed->mode_values);
     }
     read_alarms(std::move(alarms));
     loop_.hardware = true;
@@ -208,10 +210,45 @@ class LoopReader {
     }
     const Value<std::string> description = in_.text("description", "for people", "none");
     if (description.given) config().description = description;
-    const Value<std::string> area = in_.text("area", "of the plant, for people", "none");
-    if (area.given) config().area = area;
+    read_area();
+    read_cascade();
     sample_time_ = read_sample_time(in_);
     if (sample_time_.valid) config().sample_time_s = sample_time_;
+  }
+
+  void read_area() {
+    const Value<std::string> area =
+        in_.text("area", "area of the plant as a path, such as Unit 2/Reactor", "none");
+    if (!area.given || !area.valid) return;
+    const std::string& path = area.value;
+    if (path.starts_with('/') || path.ends_with('/') || path.find("//") != path.npos) {
+      in_.error("area", fmt::format("must be names separated by single slashes, such as Unit "
+                                    "2/Reactor (got '{}')",
+                                    quotable(path)));
+    }
+    config().area = path;
+  }
+
+  void read_cascade() {
+    in_.maybe_section("cascade", "for the slave of a cascade", [&](MapReader& cascade) {
+      const Value<std::string> master =
+          cascade.need_text("master", "tag of the loop that writes the set point");
+      loop_.master = master.place;
+      config().master = master;
+      if (!config().name.empty() && config().master == config().name)
+        cascade.error("master", "must be another loop than this one");
+    });
+  }
+
+  // A slave in cascade is in its normal mode: its master writes the set point.
+  void accept_cascade(hal::ModeValues& modes) const {
+    if (config().master.empty()) return;
+    for (const char* word :
+         {"CAS", "Cas", "cas", "CASCADE", "Cascade", "cascade", "RCAS", "RCas", "KAS", "RSP"}) {
+      const double value = hal::number_of_word(word);
+      if (!hal::holds(modes.manual, value) && !hal::holds(modes.automatic, value))
+        modes.automatic.push_back(value);
+    }
   }
 
   void read_process_variable(MapReader& in) {

@@ -16,6 +16,7 @@ namespace loopwarden::config {
 struct LoopFile {
   LoopConfig config;
   Place tag;
+  Place master;           // of the master's tag
   Place command;          // place of the output's register or channel
   bool hardware = false;  // a real valve moves
   bool watched = false;   // another controller runs the loop

@@ -126,6 +126,7 @@ Assembly::Assembly(config::Configuration from_files, const std::filesystem::path
       alarms(watched_loops(configuration), configuration.daemon.alarms.settings, journal,
              base::utc_ms),
       box_alarms(configuration.daemon.alarms.settings, journal, base::utc_ms),
+      outages(loops.all(), elsewhere.board(), alarms, box_alarms),
       box_looker(
           {.disk =
                [state = configuration.daemon.state_directory,
@@ -133,6 +134,7 @@ Assembly::Assembly(config::Configuration from_files, const std::filesystem::path
                  return host::look_at_disk(state, certificates);
                },
            .status = [this] { return status_of(*this); },
+           .lost_connections = [this](double uptime_s) { return outages.look(uptime_s); },
            .dropped = [this] { return historian.dropped(); },
            .failed_parts =
                [this] {
@@ -172,6 +174,7 @@ Assembly::Assembly(config::Configuration from_files, const std::filesystem::path
   const journal::AlarmStates remembered = journal.open();
   alarms.restore(remembered);
   box_alarms.restore(remembered);
+  outages.restore();
   make_monitor(specialists);
   evidence.remember();
   if (configuration.daemon.modbus_server) {

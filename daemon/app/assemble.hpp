@@ -22,6 +22,7 @@
 #include "config/validation/specialist_files.hpp"
 #include "daemon/app/watchdog.hpp"
 #include "daemon/app/watched_loops.hpp"
+#include "daemon/app/outages.hpp"
 #include "daemon/host/host_alarms.hpp"
 #include "daemon/host/host_probe.hpp"
 #include "daemon/console/control_server.hpp"
@@ -76,6 +77,7 @@ struct Assembly {
   journal::Journal journal;
   supervision::AlarmRegistry alarms;
   host::HostAlarms box_alarms;
+  Outages outages;
   host::HostProbe box_looker;
   reports::ReportQueue reports;
   EvidenceFlow evidence;

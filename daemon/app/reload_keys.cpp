@@ -119,6 +119,7 @@ constexpr Row<DaemonConfig> daemon_row(const char* key, Effect effect, Get get) 
 constexpr auto kLoopRows = std::to_array<Row<LoopConfig>>({
     loop_row("description", kWaits, [](const LoopConfig& l) { return l.description; }),
     loop_row("area", kWaits, [](const LoopConfig& l) { return l.area; }),
+    loop_row("cascade.master", kWaits, [](const LoopConfig& l) { return l.master; }),
     loop_row("sample_time", kKept, [](const LoopConfig& l) { return l.sample_time_s; }),
     loop_row("process_variable.unit", kKept, [](const LoopConfig& l) { return l.pv_unit; }),
     loop_row("process_variable.range", kKept,

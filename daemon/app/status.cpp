@@ -105,6 +105,7 @@ protocol::DaemonStatus status_of(const Assembly& parts) {
           .modbus_server =
               parts.modbus ? std::optional(modbus_of(parts.modbus->gateway)) : std::nullopt,
           .feeders = parts.elsewhere.feeders(base::MonotonicClock().now_ns()),
+          .connections = parts.outages.connections(),
           .uptime_s = uptime_s(parts),
           .accelerate = parts.configuration.daemon.accelerate,
           .real_time_missing = parts.loops.rights_missing(),

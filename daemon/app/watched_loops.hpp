@@ -36,6 +36,7 @@ class WatchedLoops {
   // For the main thread.
   bool next_event(rt::Event& event) noexcept { return events_.try_pop(event); }
 
+  const hal::feed::FeedTable& board() const noexcept { return board_; }
   // Null if no loop is watched.
   const external::Sampler* sampler() const noexcept {
     return sampler_.empty() ? nullptr : &sampler_;

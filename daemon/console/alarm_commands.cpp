@@ -52,8 +52,7 @@ LocalServer::Answer AlarmCommands::alarm(const protocol::AlarmRequest& request,
     const supervision::CommandResult result =
         plant_.box_alarms.act({kind, action, shelve_ms, sender.peer, std::move(reason)});
     if (!result.accepted) throw RequestError(result.why);
-    return when_written(journal_,
-                        protocol::AlarmActed{.alarm = alarm_of(kind, plant_.box_alarms.alarms())},
+    return when_written(journal_, protocol::AlarmActed{.alarm = alarm_of(kind, plant_.box_alarms)},
                         result.ticket, sender);
   }
   const std::size_t index = loop_index(plant_, request.loop);

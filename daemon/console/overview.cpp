@@ -64,13 +64,16 @@ void see_alarms(const supervision::AlarmSnapshot& watch, Glance& glance) {
   glance.alarm = static_cast<double>(kByUrgency[state]);
 }
 
-double lowest_known(const analysis::ConditionIndices& c) {
+// Returns the lowest index. If the valve's is not measured, a good one of the others says nothing
+// about the valve: it is unknown.
+double condition_of(const analysis::ConditionIndices& c) {
   double lowest = kUnknown;
   for (const double index :
        {c.control_performance, c.valve, c.actuator, c.positioner, c.environment}) {
     lowest = std::fmin(lowest, index);  // ignores NaN
   }
-  return lowest;
+  constexpr double kPoor = 50.0;
+  return std::isfinite(c.valve) || lowest < kPoor ? lowest : kUnknown;
 }
 
 std::vector<Glance> glance_at(const Plant& plant) {
@@ -82,7 +85,7 @@ std::vector<Glance> glance_at(const Plant& plant) {
     glance.commissioned = plant.loops[i].commissioning->holder().has_value();
     plant.alarms.look(i, [&](const supervision::AlarmSnapshot& watch) {
       see_alarms(watch, glance);
-      glance.condition = lowest_known(watch.condition);
+      glance.condition = condition_of(watch.condition);
       if (!glance.known) return;
       glance.ne107 = static_cast<double>(
           health_of(plant.loops[i].config, glance.row, watch, plant.severe_percent));

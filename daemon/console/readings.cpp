@@ -15,6 +15,7 @@
 #include "daemon/console/registers.hpp"
 #include "daemon/console/request.hpp"
 #include "daemon/console/setups.hpp"
+#include "config/interlocks.hpp"
 #include "daemon/console/status.hpp"
 #include "daemon/loops/loop_health.hpp"
 
@@ -77,6 +78,7 @@ protocol::LoopDescription description_of(const LoopRuntime& loop, const Recorder
   return {.tag = config.name,
           .description = config.description,
           .area = config.area,
+          .master = config.master,
           .control = control_of(loop),
           .pv_unit = config.pv_unit,
           .co_unit = config.co_unit,
@@ -92,6 +94,7 @@ protocol::LoopDescription description_of(const LoopRuntime& loop, const Recorder
           .co_range = ranges.co_range,
           .sp_limits = ranges.sp_limits,
           .output_limits = ranges.output_limits,
+          .source = config::connection_of(config.io),
           .action = std::move(action)};
 }
 
@@ -232,8 +235,9 @@ std::string Readings::alarms() const {
       put_item(text, alarm_of(plant_.alarms.name(i), kind, watch));
     }
   }
-  const alarm::BoxAlarms own = plant_.box_alarms.alarms();
-  for (const alarm::BoxAlarm kind : alarm::kBoxAlarms) put_item(text, alarm_of(kind, own));
+  for (const alarm::BoxAlarm kind : alarm::kBoxAlarms) {
+    put_item(text, alarm_of(kind, plant_.box_alarms));
+  }
   text += R"(],"incidents":[)";
   for (std::size_t i = 0; i < plant_.alarms.loops(); ++i) {
     std::optional<protocol::Incident> incident;
@@ -309,7 +313,7 @@ protocol::Reports Readings::reports(const protocol::ReportsRequest& request) con
 protocol::Explained Readings::explain_box(const protocol::ExplainRequest& request) {
   const alarm::BoxAlarm kind = wanted_box_alarm(request.alarm);
   const alarm::AlarmGuide guide = alarm::guide_of(kind);
-  protocol::Explained answer{.alarm = alarm_of(kind, plant_.box_alarms.alarms()),
+  protocol::Explained answer{.alarm = alarm_of(kind, plant_.box_alarms),
                              .cause = guide.cause,
                              .consequence = guide.consequence,
                              .action = guide.action,

@@ -152,7 +152,8 @@ protocol::Alarm alarm_of(const std::string& loop, alarm::AlarmKind kind,
                          const supervision::AlarmSnapshot& watch) {
   const alarm::Alarm& alarm = watch.alarms.alarm(kind);
   const auto cause = watch.alarms.cause_of(kind);
-  const bool follows = alarm.active() && cause.has_value();
+  const bool outage = watch.alarms.follows_outage(kind);
+  const bool follows = alarm.active() && (outage || cause.has_value());
   const alarm::AlarmMemory& memory = alarm.memory();
   const bool has_size = alarm::has_size(kind);
   return {.loop = loop,
@@ -162,7 +163,9 @@ protocol::Alarm alarm_of(const std::string& loop, alarm::AlarmKind kind,
           .active = alarm.active(),
           .unacknowledged = alarm.unacknowledged(),
           .consequence = follows,
-          .consequence_of = follows ? alarm::to_text(*cause) : "",
+          .consequence_of = !follows ? ""
+                            : outage ? watch.outage
+                                     : alarm::to_text(*cause),
           .first_out = watch.alarms.first_out(kind),
           .flaps = watch.flaps[alarm::index_of(kind)],
           .raised_ms = memory.raised_ms,
@@ -173,13 +176,14 @@ protocol::Alarm alarm_of(const std::string& loop, alarm::AlarmKind kind,
           .worst_severity_percent = has_size ? memory.worst_severity_percent : protocol::kNone};
 }
 
-protocol::Alarm alarm_of(alarm::BoxAlarm kind, const alarm::BoxAlarms& alarms) {
-  const alarm::Alarm& alarm = alarms.alarm(kind);
+protocol::Alarm alarm_of(alarm::BoxAlarm kind, const host::HostAlarms& all) {
+  const alarm::Alarm alarm = all.alarms().alarm(kind);
   const alarm::AlarmMemory& memory = alarm.memory();
   return {.loop = alarm::kBox,
           .alarm = alarm::to_text(kind),
           .state = alarm::to_text(alarm.state()),
-          .priority = alarm::to_text(alarm::usual_priority(kind)),
+          .priority = alarm::to_text(all.priority(kind)),
+          .about = all.about(kind),
           .active = alarm.active(),
           .unacknowledged = alarm.unacknowledged(),
           .raised_ms = memory.raised_ms,
@@ -422,6 +426,8 @@ protocol::LoopStatus loop_status(const Plant& plant, std::size_t index) {
       .pv_unit = config.pv_unit,
       .co_unit = config.co_unit,
       .control = control_of(runtime),
+      .area = config.area,
+      .master = config.master,
       .pv_range = ranges.pv_range,
       .co_range = ranges.co_range,
       .sample_time_s = config.sample_time_s,

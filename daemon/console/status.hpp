@@ -19,7 +19,7 @@ protocol::Ranges ranges_of(const rt::LoopSettings& settings);
 
 protocol::Alarm alarm_of(const std::string& loop, alarm::AlarmKind kind,
                          const supervision::AlarmSnapshot& watch);
-protocol::Alarm alarm_of(alarm::BoxAlarm kind, const alarm::BoxAlarms& alarms);
+protocol::Alarm alarm_of(alarm::BoxAlarm kind, const host::HostAlarms& all);
 // Returns the newest incident of the loop, if it has had one.
 std::optional<protocol::Incident> incident_of(const std::string& loop,
                                               const supervision::AlarmSnapshot& watch);

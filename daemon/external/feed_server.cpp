@@ -124,7 +124,8 @@ void FeedServer::serve(std::chrono::milliseconds timeout) {
 void FeedServer::let_go(Peer& peer) noexcept {
   ::close(peer.fd);
   peer.fd = -1;
-  peer.feeder->counters().connected.store(false, std::memory_order_relaxed);
+  if (peer.feeder != nullptr)
+    peer.feeder->counters().connected.store(false, std::memory_order_relaxed);
 }
 
 void FeedServer::drop_closed() {
@@ -150,17 +151,48 @@ void FeedServer::accept_peer() {
         credentials.uid, refused());
     return;
   }
-  Feeder& feeder = board_.feeder(right->feeder);
-  for (Peer& peer : peers_) {
-    if (peer.feeder == &feeder && peer.fd >= 0) let_go(peer);
-  }
   peers_.push_back({.fd = fd,
-                    .name = &right->feeder,
-                    .feeder = &feeder,
+                    .uid = credentials.uid,
                     .allowance = bytes_per_second_,
                     .refilled = Steady::now()});
+  const bool shared = std::count_if(rights_.begin(), rights_.end(), [&](const Right& one) {
+                        return one.uid == credentials.uid;
+                      }) > 1;
+  if (!shared) assign(peers_.back(), *right);
+}
+
+void FeedServer::assign(Peer& peer, const Right& right) {
+  Feeder& feeder = board_.feeder(right.feeder);
+  for (Peer& other : peers_) {
+    if (other.feeder == &feeder && other.fd >= 0 && &other != &peer) let_go(other);
+  }
+  peer.name = &right.feeder;
+  peer.feeder = &feeder;
   feeder.counters().connected.store(true, std::memory_order_relaxed);
   count(feeder.counters().connections);
+}
+
+bool FeedServer::identify(Peer& peer, std::string_view line) {
+  std::string name;
+  std::string id;
+  try {
+    name = protocol::read_feed_line(line, id).feeder;
+  } catch (const protocol::RequestError&) {
+    // It names no feeder.
+  }
+  const auto right = std::find_if(rights_.begin(), rights_.end(), [&](const Right& one) {
+    return one.uid == peer.uid && one.feeder == name;
+  });
+  if (right != rights_.end()) {
+    assign(peer, *right);
+    return true;
+  }
+  spdlog::warn(
+      "feed.sock: several feeders have uid {}, and this one is {}. Set `feeder` in its feed.yaml "
+      "or "
+      "opcua.yaml",
+      peer.uid, name.empty() ? "not named" : "named '" + name + "'");
+  return false;
 }
 
 // Returns false if the connection must be closed.
@@ -182,17 +214,18 @@ bool FeedServer::receive(Peer& peer) {
   if (n == 0) return false;
   peer.allowance -= static_cast<double>(n);
   peer.received.append(buffer.data(), static_cast<std::size_t>(n));
-  take_lines(peer);
+  if (!take_lines(peer)) return false;
   return peer.to_send.size() <= kMostUnsent;
 }
 
-void FeedServer::take_lines(Peer& peer) {
+bool FeedServer::take_lines(Peer& peer) {
   std::size_t from = 0;
   for (std::size_t end = peer.received.find('\n'); end != std::string::npos;
        end = peer.received.find('\n', from)) {
     const std::string_view line = std::string_view(peer.received).substr(from, end - from);
     from = end + 1;
     if (std::exchange(peer.passes_over, false)) continue;
+    if (peer.feeder == nullptr && !identify(peer, line)) return false;
     if (line.size() > FeedLine::kLongest) {
       bad_line(peer, "it is longer than 64 kB");
     } else {
@@ -200,9 +233,11 @@ void FeedServer::take_lines(Peer& peer) {
     }
   }
   peer.received.erase(0, from);
-  if (peer.received.size() <= FeedLine::kLongest) return;
+  if (peer.received.size() <= FeedLine::kLongest) return true;
+  if (peer.feeder == nullptr) return false;
   if (!std::exchange(peer.passes_over, true)) bad_line(peer, "it is longer than 64 kB");
   peer.received.clear();
+  return true;
 }
 
 void FeedServer::take(Peer& peer, std::string_view line) {
@@ -222,7 +257,8 @@ void FeedServer::take(Peer& peer, std::string_view line) {
            .is_word = is_word,
            .quality = quality_of(fed.quality),
            .reason = reason_of(fed.reason),
-           .stamp_s = fed.time_s.value_or(kNone)},
+           .stamp_s = fed.time_s.value_or(kNone),
+           .source = fed.source},
           arrival);
       if (put == Feeder::Put::taken) ++taken;
     }

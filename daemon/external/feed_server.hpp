@@ -63,7 +63,8 @@ class FeedServer {
   using Steady = std::chrono::steady_clock;
   struct Peer {
     int fd = -1;
-    const std::string* name = nullptr;
+    unsigned uid = 0;
+    const std::string* name = nullptr;  // null: several feeders have this user, and none is named
     hal::feed::Feeder* feeder = nullptr;
     std::string received{};
     bool passes_over = false;  // skips the remainder of a line that was too long
@@ -78,10 +79,14 @@ class FeedServer {
 
   void open();
   void accept_peer();
+  // Connects the peer to its feeder. An earlier connection of that feeder ends.
+  void assign(Peer& peer, const Right& right);
+  // Finds the feeder that the peer's first line names. Returns false if the connection must end.
+  bool identify(Peer& peer, std::string_view line);
   void let_go(Peer& peer) noexcept;
   bool move(Peer& peer, short ready);
   bool receive(Peer& peer);
-  void take_lines(Peer& peer);
+  bool take_lines(Peer& peer);  // false: the connection must end
   void take(Peer& peer, std::string_view line);
   void bad_line(Peer& peer, const std::string& why);
   void drop_closed();

@@ -19,8 +19,34 @@ void HostAlarms::restore(const journal::AlarmStates& states) {
 void HostAlarms::look(const BoxReport& report, std::int64_t monotonic_ms) {
   const std::lock_guard lock(mutex_);
   newest_ = report;
+  for (std::size_t i = 0; i < about_.size(); ++i) {
+    if (!report.why.at(i).empty()) about_.at(i) = report.why.at(i);
+  }
   const alarm::BoxAlarms before = alarms_;
-  if (alarms_.found(report.found, monotonic_ms, utc_ms_())) write_changes(before);
+  const bool changed = alarms_.found(report.found, monotonic_ms, utc_ms_());
+  if (raise_for_new_connections() || changed) write_changes(before);
+}
+
+bool HostAlarms::raise_for_new_connections() {
+  const std::vector<std::string>& lost = newest_.lost_connections;
+  const alarm::Alarm& alarm = alarms_.alarm(BoxAlarm::connection_lost);
+  const auto is_new = [this](const std::string& one) {
+    return std::find(raised_for_.begin(), raised_for_.end(), one) == raised_for_.end();
+  };
+  const bool again = !raised_for_.empty() && std::any_of(lost.begin(), lost.end(), is_new);
+  if (again) alarms_.raise_again(BoxAlarm::connection_lost, utc_ms_());
+  if (!alarm.active()) {
+    raised_for_.clear();
+  } else if (raised_for_.empty() || again) {
+    raised_for_ = lost;
+  }
+  return again;
+}
+
+alarm::Priority HostAlarms::priority(BoxAlarm kind) const {
+  const std::lock_guard lock(mutex_);
+  const bool output = kind == BoxAlarm::connection_lost && newest_.output_behind;
+  return output ? alarm::Priority::critical : alarm::usual_priority(kind);
 }
 
 supervision::CommandResult HostAlarms::act(const BoxCommand& order) {
@@ -61,6 +87,12 @@ alarm::BoxAlarms HostAlarms::alarms() const {
 std::string HostAlarms::why(BoxAlarm kind) const {
   const std::lock_guard lock(mutex_);
   return newest_.why[alarm::index_of(kind)];
+}
+
+std::string HostAlarms::about(BoxAlarm kind) const {
+  const std::lock_guard lock(mutex_);
+  const bool shown = alarms_.alarm(kind).state() != alarm::AlarmState::normal;
+  return shown ? about_.at(alarm::index_of(kind)) : std::string();
 }
 
 std::uint64_t HostAlarms::changes() const {

@@ -21,6 +21,8 @@ namespace loopwarden::daemon::host {
 struct BoxReport {
   alarm::BoxFindings found{};
   std::array<std::string, alarm::kBoxAlarmCount> why{};
+  std::vector<std::string> lost_connections{};
+  bool output_behind = false;  // of a lost connection: a loop that is controlled here
 };
 
 using BoxCommand = supervision::AlarmCommandOf<alarm::BoxAlarm>;
@@ -48,14 +50,19 @@ class HostAlarms {
   BoxAcknowledged acknowledge_all(const std::string& peer, const std::string& reason);
 
   alarm::BoxAlarms alarms() const;
+  alarm::Priority priority(alarm::BoxAlarm kind) const;
   // Returns why the alarm's condition is on, from the newest check; empty: it is off.
   std::string why(alarm::BoxAlarm kind) const;
+  // Returns what the alarm named last, while it is shown.
+  std::string about(alarm::BoxAlarm kind) const;
   // Number of changes of all alarms since the start.
   std::uint64_t changes() const;
 
  private:
   // Writes the changed alarms to the journal. Returns the last ticket.
   std::uint64_t write_changes(const alarm::BoxAlarms& before);
+  // Raises connection_lost again if a connection is lost in addition to those it was raised for.
+  bool raise_for_new_connections();
   supervision::CommandResult act_locked(const BoxCommand& order);
 
   journal::Journal& journal_;
@@ -63,6 +70,8 @@ class HostAlarms {
   mutable std::mutex mutex_;
   alarm::BoxAlarms alarms_;
   BoxReport newest_;
+  std::array<std::string, alarm::kBoxAlarmCount> about_;
+  std::vector<std::string> raised_for_;  // lost connections that connection_lost was raised for
   std::uint64_t changes_ = 0;
 };
 

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 
@@ -15,6 +16,24 @@ namespace {
 
 std::string names(const std::vector<std::string>& all) {
   return fmt::format("{}", fmt::join(all, ", "));
+}
+
+// Returns "opcua (FIC-101, FIC-102 and 6 more loops)", for example.
+std::string connections_text(const std::vector<LostConnection>& all) {
+  constexpr std::size_t kNamed = 8;
+  std::string text;
+  for (const LostConnection& one : all) {
+    if (!text.empty()) text += "; ";
+    text += one.what;
+    const std::size_t named = std::min(one.loops.size(), kNamed);
+    if (named == 0) continue;
+    text += fmt::format(
+        ": {}",
+        fmt::join(one.loops.begin(), one.loops.begin() + static_cast<std::ptrdiff_t>(named), ", "));
+    if (one.loops.size() > named)
+      text += fmt::format(" and {} more loops", one.loops.size() - named);
+  }
+  return text;
 }
 
 void judge_disk(const BoxLook& look, std::optional<bool>& found, std::string& why) {
@@ -93,7 +112,13 @@ BoxReport HostJudge::judge(const BoxLook& look) {
   }
 
   found(BoxAlarm::feeder_lost) = !look.lost_feeders.empty();
-  why(BoxAlarm::feeder_lost) = names(look.lost_feeders);
+  why(BoxAlarm::feeder_lost) = connections_text(look.lost_feeders);
+  found(BoxAlarm::connection_lost) = !look.lost_connections.empty();
+  why(BoxAlarm::connection_lost) = connections_text(look.lost_connections);
+  for (const LostConnection& one : look.lost_connections) {
+    report.lost_connections.push_back(one.what);
+    report.output_behind = report.output_behind || one.controlled;
+  }
   judge_services(look, found(BoxAlarm::service_failed), why(BoxAlarm::service_failed));
   judge_certificates(look, found(BoxAlarm::certificate_expires),
                      why(BoxAlarm::certificate_expires));

@@ -31,13 +31,26 @@ struct DiskLook {
   std::vector<Certificate> certificates{};
 };
 
+// A lost feeder, link, device or source, with the loops behind it.
+struct LostConnection {
+  std::string what;
+  std::vector<std::string> loops{};
+  bool controlled = false;  // one of them is controlled here
+};
+
+struct LostConnections {
+  std::vector<LostConnection> feeders{};
+  std::vector<LostConnection> connections{};
+};
+
 struct BoxLook {
   std::int64_t monotonic_ms = 0;
   std::int64_t utc_ms = 0;
   std::optional<DiskLook> disk{};  // nullopt: the disk does not answer
   double disk_wait_s = 0.0;        // how long a call has been waiting for the disk
   std::string journal_error{};
-  std::vector<std::string> lost_feeders{};
+  std::vector<LostConnection> lost_feeders{};
+  std::vector<LostConnection> lost_connections{};
   std::optional<std::vector<std::string>> failed_services{};  // nullopt: systemd can't be asked
   bool has_services = false;                // systemd runs, and a service is configured
   std::vector<std::string> failed_parts{};  // of the daemon, each with its reason

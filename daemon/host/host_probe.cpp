@@ -64,8 +64,15 @@ BoxLook HostProbe::look() {
                .dropped = sources_.dropped(),
                .writes = writes(),
                .write_budget_b = sources_.write_budget_b};
+  LostConnections lost = sources_.lost_connections(status.uptime_s);
+  look.lost_feeders = std::move(lost.feeders);
+  look.lost_connections = std::move(lost.connections);
+  // A feeder of no loop.
   for (const protocol::FeederStatus& feeder : status.feeders) {
-    if (!feeder.connected) look.lost_feeders.push_back(feeder.name);
+    const bool named =
+        std::any_of(look.lost_feeders.begin(), look.lost_feeders.end(),
+                    [&](const LostConnection& one) { return one.what == feeder.name; });
+    if (!feeder.connected && !named) look.lost_feeders.push_back({.what = feeder.name});
   }
   return look;
 }

@@ -30,6 +30,7 @@ struct BoxSources {
   // must own all data that it uses, because it may outlive every other part
   std::function<DiskLook()> disk;
   std::function<protocol::DaemonStatus()> status;
+  std::function<LostConnections(double uptime_s)> lost_connections;
   std::function<std::uint64_t()> dropped;  // cycles for which recorder or monitor was too slow
   // sockets of the daemon that can't be opened, with the reason
   std::function<std::vector<std::string>()> failed_parts;

@@ -7,7 +7,7 @@ namespace loopwarden::protocol {
 
 using nlohmann::json;
 
-PROTOCOL_JSON(Alarm, loop, alarm, state, priority, active, unacknowledged, consequence,
+PROTOCOL_JSON(Alarm, loop, alarm, state, priority, active, unacknowledged, consequence, about,
               consequence_of, first_out, flaps, raised_ms, changed_ms, times_raised,
               shelved_until_ms, severity_percent, worst_severity_percent)
 PROTOCOL_JSON(Incident::Renamed, time_s, from, to)
@@ -53,8 +53,8 @@ PROTOCOL_JSON(Cycle, period, time_s, sp, pv, co, stem, set_point_wanted, mode, r
 PROTOCOL_JSON(Gains, kp, ki, kd)
 PROTOCOL_JSON(LoopGains, in_force, file, derivative_filter_s, not_in_file, by, since_ms)
 PROTOCOL_JSON(Commissioned, by, since_ms, ends_in_s)
-PROTOCOL_LISTED(LoopStatus, name, description, control, pv_unit, co_unit, pv_range, co_range,
-                sample_time_s, io, recording, monitor, alarms, incident, orders_refused,
+PROTOCOL_LISTED(LoopStatus, name, description, area, master, control, pv_unit, co_unit, pv_range,
+                co_range, sample_time_s, io, recording, monitor, alarms, incident, orders_refused,
                 position_age_ms, gains, commissioning, out_of_service)
 template <>
 struct Members<LoopStatus> : WithPart<LoopStatus, Cycle, &LoopStatus::cycle> {};
@@ -83,9 +83,9 @@ PROTOCOL_JSON(SpecialistView, mse, class_, probability)
 PROTOCOL_JSON(JudgedWindow, time_ms, verdict, suppressed, severity_percent, specialists)
 PROTOCOL_JSON(Windows, windows)
 
-PROTOCOL_JSON(LoopDescription, tag, description, area, control, pv_unit, co_unit, sample_time_s,
-              stem, monitor, twin, specialists, recording, simulated, folder, pv_range, co_range,
-              sp_limits, output_limits, action)
+PROTOCOL_JSON(LoopDescription, tag, description, area, master, control, pv_unit, co_unit,
+              sample_time_s, stem, monitor, twin, specialists, recording, simulated, folder,
+              pv_range, co_range, sp_limits, output_limits, source, action)
 PROTOCOL_JSON(Report, name, loop, kind, from_ms, to_ms, by, asked_ms, state, place, started_ms,
               ended_ms, doing, percent, sentence, page)
 PROTOCOL_JSON(Reports, reports)
@@ -117,9 +117,10 @@ PROTOCOL_JSON(RecorderStatus, disk_wait_s, sync_s, written_bytes, written_mb_per
               write_budget_mb_per_day)
 PROTOCOL_JSON(FeederStatus, name, connected, lines, bad_lines, values, unknown_names, doubled,
               out_of_order, connections, silent_s, clock_behind_s)
+PROTOCOL_JSON(ConnectionStatus, name, feeder, up, loops, silent_loops, lost)
 PROTOCOL_JSON(DaemonStatus, version, config_hash, model_hash, configuration, recorder,
               log_lines_lost, journal, evidence, explanations, monitor, modbus_server, feeders,
-              uptime_s, accelerate, real_time_missing, ticks, overruns, skipped_ticks,
+              connections, uptime_s, accelerate, real_time_missing, ticks, overruns, skipped_ticks,
               events_dropped, wake_up_us, work_us)
 PROTOCOL_JSON(Status, loops, daemon)
 

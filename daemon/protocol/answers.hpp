@@ -21,6 +21,7 @@ using Range = std::array<double, 2>;  // lowest, highest
 struct Alarm {
   std::string loop{}, alarm{}, state{};
   std::string priority{};  // low, medium, high, critical
+  std::string about{};     // of the box: what the alarm names, such as the lost connection
   bool active = false, unacknowledged = false;
   bool consequence = false;      // caused by another alarm that is active
   std::string consequence_of{};  // name of that alarm
@@ -236,7 +237,8 @@ struct Commissioned {
 
 struct LoopStatus {
   std::string name{}, description{}, pv_unit{}, co_unit{};
-  std::string control{"here"};  // or elsewhere: another controller runs the loop
+  std::string control{"here"};   // or elsewhere: another controller runs the loop
+  std::string area{}, master{};  // path; tag of the loop that writes the set point, or empty
   Range pv_range{}, co_range{};
   double sample_time_s = 0.0;
   Io io{};
@@ -306,13 +308,14 @@ struct Windows {
 // --- constant between two reloads ---
 
 struct LoopDescription {
-  std::string tag{}, description{}, area{}, control{"here"}, pv_unit{}, co_unit{};
+  std::string tag{}, description{}, area{}, master{}, control{"here"}, pv_unit{}, co_unit{};
   double sample_time_s = 0.1;
   bool stem = false, monitor = false, twin = false;
   std::vector<std::string> specialists{};
   bool recording = false, simulated = false;
   std::string folder{};  // folder of the loop's segments
   Range pv_range{}, co_range{}, sp_limits{}, output_limits{};
+  std::string source{};  // feeder or link that gives PV; empty: none
   Maybe<std::string>
       action{};  // direct or reverse, in force; absent: another controller runs the loop
 };
@@ -466,6 +469,15 @@ struct FeederStatus {
   double clock_behind_s = kNone;
 };
 
+// A feeder, or a Modbus link of loops.
+struct ConnectionStatus {
+  std::string name{};
+  bool feeder = false;
+  bool up = false;  // connected; a link: at least one loop receives PV
+  std::uint64_t loops = 0, silent_loops = 0;
+  std::vector<std::string> lost{};  // parts behind it, such as brokers, edge nodes and units
+};
+
 struct DaemonStatus {
   std::string version{};
   std::uint32_t config_hash = 0, model_hash = 0;
@@ -478,6 +490,7 @@ struct DaemonStatus {
   MonitorStatus monitor{};
   std::optional<ModbusServer> modbus_server{};
   std::vector<FeederStatus> feeders{};
+  std::vector<ConnectionStatus> connections{};
   double uptime_s = 0.0, accelerate = 1.0;
   std::string real_time_missing{};
   std::uint64_t ticks = 0, overruns = 0, skipped_ticks = 0, events_dropped = 0;

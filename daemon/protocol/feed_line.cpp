@@ -69,6 +69,9 @@ FedValue value_of(const json& object) {
   fed.time_s = number_at(object, "time");
   fed.quality = quality_of(object);
   fed.reason = reason_of(object);
+  if (const auto source = object.find("source"); source != object.end() && source->is_string()) {
+    fed.source = source->get_ref<const std::string&>().substr(0, FedValue::kLongestSource);
+  }
   if (!fed.value && fed.word.empty() && fed.quality != FedValue::Quality::bad) {
     throw RequestError("value may be null with quality bad only");
   }
@@ -100,6 +103,7 @@ json json_of(const FedValue& fed) {
   if (!fed.word.empty()) object["value"] = fed.word;
   if (fed.time_s) object["time"] = *fed.time_s;
   if (fed.reason != FedValue::Reason::source) object["reason"] = to_text(fed.reason);
+  if (!fed.source.empty()) object["source"] = fed.source;
   return object;
 }
 
@@ -121,6 +125,9 @@ FeedLine read_feed_line(std::string_view line, std::string& id) {
   if (!object.is_object()) throw RequestError("a line is a JSON object");
   FeedLine feed{.values = {}, .id = id_of(object)};
   id = feed.id;
+  if (const auto feeder = object.find("feeder"); feeder != object.end() && feeder->is_string()) {
+    feed.feeder = feeder->get<std::string>();
+  }
   const auto values = object.find("values");
   if (values == object.end() || !values->is_array()) throw RequestError("values must be a list");
   feed.values.reserve(values->size());
@@ -145,7 +152,10 @@ std::vector<std::string> write_feed_lines(const std::vector<FedValue>& values) {
   return lines;
 }
 
-std::string feed_sign_of_life() { return std::string(kStart) + kEnd; }
+std::string feed_sign_of_life(const std::string& feeder) {
+  if (feeder.empty()) return std::string(kStart) + kEnd;
+  return json{{"values", json::array()}, {"feeder", feeder}}.dump();
+}
 
 std::string feed_taken(const std::string& id, std::size_t taken) {
   return R"({"id":)" + id + R"(,"ok":true,"taken":)" + std::to_string(taken) + "}";

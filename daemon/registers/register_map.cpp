@@ -125,7 +125,7 @@ constexpr std::array kRegisters{
     box_in(Field::box_alarms, 43, u16, "box_alarms", "",
            "the box's own alarms whose condition is on: 1 disk_full, 2 clock_stepped, "
            "4 feeder_lost, 8 service_failed, 16 certificate_expires, 32 records_dropped, 64 "
-           "disk_writes"),
+           "disk_writes, 128 connection_lost"),
 
     loop_in(Field::sequence_head, 0, u16, "sequence_head", "",
             "counts the loop's cycles; equal to sequence_tail if the block is of one cycle"),

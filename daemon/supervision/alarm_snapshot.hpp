@@ -12,6 +12,7 @@
 #include "model/alarm/corrective_action.hpp"
 #include "model/alarm/loop_alarms.hpp"
 #include "model/alarm/loop_incident.hpp"
+#include "base/quality.hpp"
 #include "model/watch/mode_times.hpp"
 #include "model/watch/routine_watch.hpp"
 #include "model/watch/twin_remarks.hpp"
@@ -54,7 +55,10 @@ struct AlarmSnapshot {
   std::string controller_not_watched;
   // Compression of PV and CO by the source, from the newest routine judgement.
   diagnosis::Archived source;
-  double sees_from_percent = 0.0;  // % of the CO span
+  double sees_from_percent = 0.0;                // % of the CO span
+  base::Reason pv_silence = base::Reason::none;  // why PV does not arrive; none: it arrives
+  bool pv_lost = false;                          // bad or silent, by the newest cycle
+  std::string outage;  // the box's alarm that stands for the silence; empty: there is none
   watch::RoutineWatch::Levels routine{};
 };
 

@@ -140,8 +140,32 @@ void JournaledAlarms::deviation_rests(bool rests) {
 
 void JournaledAlarms::pv_lost(bool lost) {
   const std::lock_guard lock(mutex_);
+  snapshot_.pv_lost = lost;
   const Memories before = memories();
   write_down(before, snapshot_.alarms.pv_lost(lost));
+}
+
+void JournaledAlarms::set_pv_silence(base::Reason reason) {
+  const std::lock_guard lock(mutex_);
+  if (reason == base::Reason::none) pv_back_ms_ = now_ms();
+  snapshot_.pv_silence = reason;
+}
+
+void JournaledAlarms::behind_outage(std::string alarm) {
+  const std::lock_guard lock(mutex_);
+  const bool behind = !alarm.empty();
+  // A PV that is back and bad is the loop's own.
+  const bool clears =
+      !behind && !snapshot_.pv_lost &&
+      now_ms() - pv_back_ms_ < alarm::AlarmLimits::kAfterOutage_ms &&
+      std::any_of(
+          alarm::kProcessAlarms.begin(), alarm::kProcessAlarms.end(), [this](AlarmKind kind) {
+            return snapshot_.alarms.follows_outage(kind) && snapshot_.alarms.alarm(kind).active();
+          });
+  if (clears) return;
+  if (behind) snapshot_.outage = std::move(alarm);
+  const Memories before = memories();
+  write_down(before, snapshot_.alarms.behind_outage(behind));
 }
 
 void JournaledAlarms::set_flaps(const alarm::ProcessWatch& process) {
@@ -366,8 +390,11 @@ std::uint64_t JournaledAlarms::write_down(const Memories& before,
       if (one.change.kind == kind) entry.reason = one.why;
     }
     const auto cause = snapshot_.alarms.cause_of(kind);
-    if (cause && alarm.active())
-      entry.what = fmt::format("consequence of {}", alarm::to_text(*cause));
+    const bool outage = snapshot_.alarms.follows_outage(kind);
+    if ((outage || cause) && alarm.active()) {
+      entry.what = fmt::format("consequence of {}",
+                               outage ? snapshot_.outage.c_str() : alarm::to_text(*cause));
+    }
     if (!line && !remembered_otherwise(was, alarm.memory())) continue;
     if (!line) entry.from = entry.to = alarm::to_text(alarm.state());
     entry.memory = alarm.memory();

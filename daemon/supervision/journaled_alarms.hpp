@@ -68,6 +68,10 @@ class JournaledAlarms {
   void process_changed(std::span<const ProcessNews> news);
   void deviation_rests(bool rests);
   void pv_lost(bool lost);
+  void set_pv_silence(base::Reason reason);
+  // `alarm`: the box's alarm that stands for the loss of the loop's connection; empty: none. After
+  // its end the alarms that follow from it stay suppressed while they clear.
+  void behind_outage(std::string alarm);
   void set_flaps(const alarm::ProcessWatch& process);
   // A full window could not be judged, or its judgement reports too little movement.
   void window_not_fit(const alarm::WindowMeasures& measures, alarm::WindowState why,
@@ -158,6 +162,7 @@ class JournaledAlarms {
   AlarmSnapshot snapshot_;
   WindowLog windows_;
   watch::TwinNews twin_news_;
+  std::int64_t pv_back_ms_ = 0;  // when PV was last not silent any more
   std::uint64_t changes_ = 0;
 };
 

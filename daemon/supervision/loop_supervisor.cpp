@@ -132,7 +132,14 @@ watch::MonitorStep LoopSupervisor::step(const RecordRow& row) {
 
 void LoopSupervisor::watch_process(const RecordRow& row) {
   Detectors& d = *detectors_;
-  const alarm::ProcessChanges changes = d.process.add(process_cycle_of(row));
+  alarm::ProcessCycle cycle = process_cycle_of(row);
+  cycle.pv_awaited = d.foreign_controller && row.pv_reason == base::Reason::never_received;
+  if (const base::Reason silence = cycle.pv_silent ? row.pv_reason : base::Reason::none;
+      silence != d.pv_silence) {
+    alarms_.set_pv_silence(silence);
+    d.pv_silence = silence;
+  }
+  const alarm::ProcessChanges changes = d.process.add(cycle);
   // First, because other changes of the same cycle may follow from it.
   if (const bool lost = d.process.pv_lost(); lost != d.pv_lost) {
     alarms_.pv_lost(lost);

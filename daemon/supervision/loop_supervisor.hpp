@@ -90,15 +90,18 @@ class LoopSupervisor {
           process(loop.window.sample_time_s, loop.process),
           process_settings(loop.process),
           pv_unit(loop.pv_unit),
+          foreign_controller(loop.foreign_controller),
           times(loop.window.sample_time_s) {}
     watch::LoopMonitor monitor;
     watch::ConditionWatch condition;
     alarm::ProcessWatch process;
     alarm::ProcessSettings process_settings;
     std::string pv_unit;
+    bool foreign_controller;
     watch::ModeTimes times;
-    bool deviation_rests = false;  // as the alarms have it
-    bool pv_lost = false;          // as the alarms have it
+    bool deviation_rests = false;                  // as the alarms have it
+    bool pv_lost = false;                          // as the alarms have it
+    base::Reason pv_silence = base::Reason::none;  // as the alarms have it
   };
   void restore_detectors();
   watch::MonitorStep step(const record::RecordRow& row);

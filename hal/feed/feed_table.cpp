@@ -52,6 +52,10 @@ Feeder::Put Feeder::put(std::string_view name, const FedValue& value, const Arri
     fresh.time_ns = arrival.now_ns - late_ns;
     ++fresh.sequence;
   }
+  if (!good_enough && slot.source != value.source) {
+    const std::lock_guard lock(sources_mutex_);
+    slot.source = value.source;
+  }
   slot.fed = {.sample = fresh, .late_ns = late_ns};
   slot.newest.publish(slot.fed);
   count(counters_.values);
@@ -59,6 +63,13 @@ Feeder::Put Feeder::put(std::string_view name, const FedValue& value, const Arri
     counters_.clock_behind_s.store(*behind_s, std::memory_order_relaxed);
   }
   return Put::taken;
+}
+
+std::string Feeder::source_of(std::string_view name) const {
+  const auto found = slots_.find(name);
+  if (found == slots_.end()) return {};
+  const std::lock_guard lock(sources_mutex_);
+  return found->second->source;
 }
 
 Feeder& FeedTable::feeder(const std::string& name) {

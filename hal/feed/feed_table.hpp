@@ -8,6 +8,7 @@
 #include <limits>
 #include <map>
 #include <memory>
+#include <mutex>
 #include <string>
 #include <string_view>
 
@@ -26,6 +27,7 @@ struct FedValue {
   Reason reason = Reason::source;  // of a quality that is not good
   // by the source's clock, since 1970; NaN: no stamp
   double stamp_s = std::numeric_limits<double>::quiet_NaN();
+  std::string_view source{};  // the lost part, with bad quality; empty: not known
 };
 
 // The time of arrival.
@@ -42,6 +44,8 @@ struct FeedSlot {
   base::NewestValue<Fed> newest;
 
   bool takes_words = false;  // true for a loop's mode; set before the threads start
+
+  std::string source;  // of the newest bad value; guarded by the feeder
 
   // Writing thread only.
   Fed fed;
@@ -69,6 +73,9 @@ class Feeder {
   // Records that the feeder has sent a valid line.
   void lives(std::int64_t now_ns) noexcept { alive_ns_.store(now_ns, std::memory_order_relaxed); }
 
+  // Returns the source of the newest bad value of that name; empty: not known. Any thread.
+  std::string source_of(std::string_view name) const;
+
   std::int64_t alive_ns() const noexcept { return alive_ns_.load(std::memory_order_relaxed); }
   Counters& counters() noexcept { return counters_; }
   const Counters& counters() const noexcept { return counters_; }
@@ -76,6 +83,7 @@ class Feeder {
  private:
   friend class FeedTable;
   std::map<std::string, std::unique_ptr<FeedSlot>, std::less<>> slots_;
+  mutable std::mutex sources_mutex_;
   std::atomic<std::int64_t> alive_ns_{0};
   Counters counters_;
 };

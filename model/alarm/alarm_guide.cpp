@@ -105,8 +105,18 @@ constexpr std::array<AlarmGuide, kAlarmKindCount> kGuides{{
      "minutes"},
 }};
 
+constexpr AlarmGuide kWatchedBadPv{
+    "PV that arrives here can't be used: its transmitter or its wiring has failed, or the source "
+    "reports it as bad. The journal has the reason",
+    "Loopwarden can't judge the loop. The other controller may not have this PV either: its own "
+    "display shows what it does",
+    "Check the loop on the display of its controller. Check transmitter and wiring", "10 minutes"};
+
 }  // namespace
 
-AlarmGuide guide_of(AlarmKind kind) noexcept { return kGuides[index_of(kind)]; }
+AlarmGuide guide_of(AlarmKind kind, bool watched) noexcept {
+  if (watched && kind == AlarmKind::bad_pv) return kWatchedBadPv;
+  return kGuides[index_of(kind)];
+}
 
 }  // namespace loopwarden::alarm

@@ -17,7 +17,8 @@ struct AlarmGuide {
   const char* time_to_act;
 };
 
-// Returns the texts of `kind`. A loop's file may replace them.
-AlarmGuide guide_of(AlarmKind kind) noexcept;
+// Returns the texts of `kind`. A loop's file may replace them. `watched`: another controller runs
+// the loop.
+AlarmGuide guide_of(AlarmKind kind, bool watched = false) noexcept;
 
 }  // namespace loopwarden::alarm

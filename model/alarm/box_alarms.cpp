@@ -44,6 +44,14 @@ AlarmGuide guide_of(BoxAlarm kind) noexcept {
           "Raise `recording.sync`, or `sample_time` of the loops. Record fewer loops. Raise the "
           "budget if the disk can take it",
           "1 week"};
+    case BoxAlarm::connection_lost:
+      return {
+          "A link, device, edge node, broker or server does not answer or sends no values",
+          "Loopwarden does not receive the values of the named loops. A loop that Loopwarden "
+          "controls also can't reach its valve",
+          "Check the power and the network of the named part. Watch the loops on the display of "
+          "their controller",
+          "10 minutes"};
     case BoxAlarm::records_dropped: break;
   }
   return {"The disk is too slow for the records, or the box is too busy",
@@ -83,6 +91,13 @@ bool BoxAlarms::found(const BoxFindings& findings, std::int64_t monotonic_ms,
     changed = true;
   }
   return changed;
+}
+
+void BoxAlarms::raise_again(BoxAlarm kind, std::int64_t utc_ms) noexcept {
+  Alarm& alarm = alarms_[index_of(kind)];
+  if (!alarm.active()) return;
+  alarm.condition_off(utc_ms);
+  alarm.condition_on(utc_ms, 0.0);
 }
 
 bool BoxAlarms::act(BoxAlarm kind, AlarmAction action, std::int64_t utc_ms,

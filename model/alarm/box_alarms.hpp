@@ -10,6 +10,8 @@
 //   records_dropped      recorder or monitor was too slow, and cycles are missing in records or
 //                        windows
 //   disk_writes          the daemon writes more per day than its budget
+//   connection_lost      a link, device, edge node, broker or server behind loops is lost. It is raised
+//                        again if another one is lost
 //
 // A condition is raised after it was found without a break for its on-delay. It clears after it was
 // absent for kOffDelay_ms. A finding without a value leaves the condition as it is and restarts
@@ -45,28 +47,31 @@ enum class BoxAlarm : std::uint8_t {
   service_failed,
   certificate_expires,
   records_dropped,
-  disk_writes
+  disk_writes,
+  connection_lost
 };
 inline constexpr std::array kBoxAlarms{BoxAlarm::disk_full,           BoxAlarm::clock_stepped,
                                        BoxAlarm::feeder_lost,         BoxAlarm::service_failed,
                                        BoxAlarm::certificate_expires, BoxAlarm::records_dropped,
-                                       BoxAlarm::disk_writes};
+                                       BoxAlarm::disk_writes,         BoxAlarm::connection_lost};
 inline constexpr std::size_t kBoxAlarmCount = kBoxAlarms.size();
 
 constexpr std::size_t index_of(BoxAlarm kind) noexcept { return static_cast<std::size_t>(kind); }
 constexpr const char* to_text(BoxAlarm kind) noexcept {
-  return numeric::enum_name<BoxAlarm::disk_writes>(
+  return numeric::enum_name<BoxAlarm::connection_lost>(
       kind, {"disk_full", "clock_stepped", "feeder_lost", "service_failed", "certificate_expires",
-             "records_dropped", "disk_writes"});
+             "records_dropped", "disk_writes", "connection_lost"});
 }
 constexpr Priority usual_priority(BoxAlarm kind) noexcept {
   if (kind == BoxAlarm::disk_writes) return Priority::low;
-  return kind == BoxAlarm::disk_full ? Priority::high : Priority::medium;
+  const bool high = kind == BoxAlarm::disk_full || kind == BoxAlarm::connection_lost;
+  return high ? Priority::high : Priority::medium;
 }
 AlarmGuide guide_of(BoxAlarm kind) noexcept;
 
 // Returns the on-delay. A service that restarts by itself has time to do so.
 constexpr std::int64_t on_delay_ms(BoxAlarm kind) noexcept {
+  if (kind == BoxAlarm::connection_lost) return Limits::kProcessDelay_ms;
   return kind == BoxAlarm::feeder_lost || kind == BoxAlarm::service_failed
              ? Limits::kServiceRestart_ms
              : 0;
@@ -83,6 +88,8 @@ class BoxAlarms {
   // Passes the findings on to the alarms. `monotonic_ms` is for the delays, `utc_ms` for the
   // alarms. Returns true if an alarm changed.
   bool found(const BoxFindings& findings, std::int64_t monotonic_ms, std::int64_t utc_ms) noexcept;
+  // Raises an active alarm again, because its condition has a further cause.
+  void raise_again(BoxAlarm kind, std::int64_t utc_ms) noexcept;
   bool act(BoxAlarm kind, AlarmAction action, std::int64_t utc_ms, std::int64_t until_ms) noexcept;
 
   const Alarm& alarm(BoxAlarm kind) const noexcept { return alarms_[index_of(kind)]; }

@@ -20,13 +20,17 @@ struct AlarmLimits {
   static constexpr std::size_t kTop = 10;  // most frequent alarms
 
   // Process and box alarms (EEMUA 191, chapter 8; the on-delays are own).
-  static constexpr double kProcessDelay_s = 10.0;    // default on-delay
+  static constexpr double kProcessDelay_s = 10.0;  // default on-delay
+  static constexpr std::int64_t kProcessDelay_ms =
+      static_cast<std::int64_t>(1000.0 * kProcessDelay_s);
   static constexpr double kDeviationDelay_s = 60.0;  // default on-delay
   static constexpr double kOffDelay_s = 60.0;        // default; then flapping has ended
   static constexpr std::int64_t kOffDelay_ms = static_cast<std::int64_t>(1000.0 * kOffDelay_s);
   static constexpr std::uint32_t kFlaps = 5;                  // number that raises the alarm
   static constexpr std::int64_t kServiceRestart_ms = 30'000;  // on-delay: a service restarts itself
-  static constexpr double kSetPointMoves = 0.1;               // of the limit of the deviation
+  static constexpr double kFirstValues_s = 30.0;  // a feeder connects and sends its first values
+  static constexpr std::int64_t kAfterOutage_ms = 2 * kOffDelay_ms;  // alarms behind it clear
+  static constexpr double kSetPointMoves = 0.1;  // of the limit of the deviation
 
   // Name of an alarm and of its incident.
   static constexpr double kSureName = 0.9;           // confidence

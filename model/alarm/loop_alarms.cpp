@@ -106,6 +106,15 @@ AlarmTransitions LoopAlarms::pv_lost(bool lost) noexcept {
   return after(AlarmReason::process, [&] { pv_lost_ = lost; });
 }
 
+bool LoopAlarms::follows_outage(AlarmKind kind) const noexcept {
+  return behind_outage_ && is_process_alarm(kind) && kind != AlarmKind::enable_open &&
+         (!is_of_pv(kind) || pv_lost_);
+}
+
+AlarmTransitions LoopAlarms::behind_outage(bool behind) noexcept {
+  return after(AlarmReason::process, [&] { behind_outage_ = behind; });
+}
+
 AlarmTransitions LoopAlarms::pass_time(std::int64_t now_ms) noexcept {
   return after(AlarmReason::by_operator, [&] {
     for (Alarm& alarm : alarms_) alarm.pass_time(now_ms);
@@ -123,7 +132,8 @@ LoopAlarms::ActionResult LoopAlarms::act(AlarmKind kind, AlarmAction action, std
 
 void LoopAlarms::find_root() noexcept {
   for (const AlarmKind kind : kAlarmKinds) {
-    alarms_[index_of(kind)].set_consequence(fitted(kind) && cause_of(kind).has_value());
+    const bool follows = follows_outage(kind) || cause_of(kind).has_value();
+    alarms_[index_of(kind)].set_consequence(fitted(kind) && follows);
   }
 }
 

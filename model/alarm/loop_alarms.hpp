@@ -9,6 +9,9 @@
 // active, the one whose condition began first is marked (first-out), whatever its delay, because it
 // may have caused the others.
 //
+// The loss of a connection that the loop shares with others is an alarm of the box. While it lasts,
+// the alarms that follow from it are suppressed here.
+//
 // A condition that an explanation assigned to another alarm counts for that alarm until it clears
 // (explained()).
 //
@@ -93,6 +96,10 @@ class LoopAlarms {
   AlarmTransitions deviation_rests(bool rests) noexcept;
   // Reports whether PV is unknown at present: see loses_pv().
   AlarmTransitions pv_lost(bool lost) noexcept;
+  // Reports whether an alarm of the box stands for the loss of the loop's connection.
+  AlarmTransitions behind_outage(bool behind) noexcept;
+  // Returns whether `kind` follows from the lost connection.
+  bool follows_outage(AlarmKind kind) const noexcept;
   // Passes on the conditions of process alarms that were raised or cleared in one cycle.
   AlarmTransitions process_changed(std::int64_t now_ms,
                                    std::span<const ProcessChange> changes) noexcept;
@@ -129,6 +136,7 @@ class LoopAlarms {
   std::array<std::uint64_t, kAlarmKindCount> began_{};  // periods; 0: unknown
   bool deviation_rests_ = false;
   bool pv_lost_ = false;
+  bool behind_outage_ = false;
   // The alarm for which an active condition of a valve alarm counts: itself, unless it was
   // explained.
   struct CountsFor {

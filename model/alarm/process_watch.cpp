@@ -44,7 +44,8 @@ ProcessWatch::ProcessWatch(double sample_time_s, const ProcessSettings& settings
     : sample_time_s_(sample_time_s),
       settings_(settings),
       limits_(sample_time_s, settings.limits),
-      quiet_periods_(periods_of(Limits::kOffDelay_s, sample_time_s)) {}
+      quiet_periods_(periods_of(Limits::kOffDelay_s, sample_time_s)),
+      first_values_periods_(periods_of(Limits::kFirstValues_s, sample_time_s)) {}
 
 void ProcessWatch::restore(AlarmKind kind, bool on) noexcept {
   Delayed& condition = at(kind);
@@ -113,6 +114,7 @@ bool ProcessWatch::is_due(const Delayed& condition, const ProcessRule& rule,
 
 std::optional<bool> ProcessWatch::found(AlarmKind kind, const ProcessCycle& cycle) const noexcept {
   if (cycle.out_of_service && is_of_test(kind)) return std::nullopt;
+  if (cycle.pv_awaited && cycle.period_index < first_values_periods_) return std::nullopt;
   switch (kind) {
     case AlarmKind::bad_pv:
       return cycle.pv_bad || cycle.pv_frozen || (!cycle.pv_good && cycle.fault == Fault::bad_pv);

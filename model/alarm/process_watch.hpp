@@ -16,6 +16,9 @@
 //   source_lost      the source of PV is silent, for loops that another controller runs
 //   other alarms     PV is beyond a limit (limit_watch.hpp)
 //
+// A loop that another controller runs gives no information before its first PV, for at most
+// kFirstValues_s after the start: feeders need this time to connect.
+//
 // A condition is raised after it was present without a break for its on-delay. It clears after it
 // was absent for its off-delay. A cycle without information leaves the condition as it is and
 // restarts the delay. Time is the loop's own, counted in its periods; between two cycles the first
@@ -105,6 +108,7 @@ struct ProcessCycle {
   bool pv_bad = false;          // pv_good and pv_bad both false: uncertain
   bool pv_frozen = false;       // does not change although CO moves
   bool pv_silent = false;       // bad, because its source is silent
+  bool pv_awaited = false;      // of a loop that another controller runs: never received
   bool output_arrives = false;  // the device has confirmed the newest command
   bool out_of_service = false;  // the loop is under test
   control::Fault fault = control::Fault::none;
@@ -175,6 +179,7 @@ class ProcessWatch {
   ProcessSettings settings_;
   LimitWatch limits_;
   std::uint64_t quiet_periods_;
+  std::uint64_t first_values_periods_;
   bool ever_arrived_ = false;  // a command has arrived since the start
   bool ever_ran_ = false;      // the loop was in automatic, or in a fault
   std::array<Delayed, kProcessAlarmCount> conditions_{};

@@ -332,6 +332,8 @@ void Importer::look_at(const ToLookAt& file, const ImportProgress& progress) {
     Source source;
     source.layout = find_layout(head, text->name(), options_for(*text));
     source.layout_text = describe(source.layout, *text);
+    if (!source.layout.assumed.empty())
+      assumed_.push_back(path.string() + ": " + source.layout.assumed);
     const auto lines = static_cast<double>(
         std::max<std::ptrdiff_t>(1, std::count(head.begin(), head.end(), '\n')));
     source.rows = static_cast<std::uint64_t>(static_cast<double>(text->text_bytes()) /

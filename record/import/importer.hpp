@@ -73,6 +73,8 @@ class Importer {
   // Returns one line per reason: "skipped: a.pdf, b.pdf: PDF holds no values that can be read";
   // empty if no file was skipped.
   std::string passed_over_text() const;
+  // Returns one line per file whose dates were read in an order that it does not prove.
+  const std::vector<std::string>& assumed() const noexcept { return assumed_; }
   // Returns names that belong to no loop.
   const std::vector<std::string>& other_names() const noexcept { return other_names_; }
   // Returns the rules that match no name or have no effect, each with the reason.
@@ -124,6 +126,7 @@ class Importer {
   std::unordered_map<std::string, std::size_t> by_tag_;  // the first of loops_ with this tag
   std::vector<FileProblem> problems_;
   std::vector<FileProblem> passed_over_;
+  std::vector<std::string> assumed_;
   std::vector<std::string> other_names_;
   Containers containers_;
   std::vector<RuleUse> rule_use_;

@@ -571,6 +571,13 @@ class Finder {
       // A month written as a name is unambiguous.
       if (shown.find_first_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ") < 6) {
         mdy = false;
+      } else if (options_.assume_order) {
+        // AM and PM, and a month before a day with slashes, are of the same countries.
+        const char last = static_cast<char>(shown.back() | 0x20);
+        (last == 'm' || shown.find('/') != shown.npos ? dmy : mdy) = false;
+        layout_.assumed =
+            fmt::format("{} is read as {}; --time {} for the other order", base::in_quotes(shown),
+                        dmy ? "day-month-year" : "month-day-year", dmy ? "mdy" : "dmy");
       } else {
         fail(row + 1, place_in_line(lines_[row], lines_[row].find(shown), options_),
              fmt::format("{} can be day-month-year and month-day-year: --time dmy or --time mdy",

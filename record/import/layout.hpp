@@ -34,10 +34,14 @@ struct ImportOptions {
   std::optional<int> zone_s;       // of local times, s east of UTC
   std::vector<LoopSignals> loops;  // otherwise by rules and the names' endings
   std::vector<TagRule> rules;
+  std::vector<TagText> tags;           // texts only; no effect on what is read
   std::vector<std::string> bad_words;  // in lower case
   std::optional<double> period_s;
   Filling filling = Filling::automatic;
   double most_samples = 1e8;  // of a record
+  // True: a date whose order of day and month is open is read by the usual order of its form, and
+  // Layout::assumed says so. False: it is an error.
+  bool assume_order = false;
   // False: a place in a line is reported by its byte. True: by its column, as in a sheet.
   bool counts_columns = false;
 
@@ -70,7 +74,8 @@ struct Layout {
   std::vector<std::string> units;  // from a row of units, or empty
   // Columns of qualities by the column that they refer to; long: by the column of values.
   std::vector<std::vector<std::size_t>> qualities_of;
-  std::string hint;  // other possible meaning of the times, for people
+  std::string hint;     // other possible meaning of the times, for people
+  std::string assumed;  // reading of the dates that the file does not prove, for people
 };
 
 // Returns the layout found from the first lines (`head`) of the file `name`. Throws RecordError

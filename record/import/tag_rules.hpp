@@ -65,6 +65,14 @@ struct TagRule {
   std::shared_ptr<const ModeWords> mode_words{};  // for role mode
 };
 
+// How the loops whose tag matches are shown, and their place in the plant.
+struct TagText {
+  TagPattern pattern;
+  std::string place{};           // for messages: FILE:LINE
+  std::string show{};            // texts for filled_in(); empty: by the tag itself
+  std::string area{}, master{};  // area as a path: Unit 2/Reactor; tag of the master loop
+};
+
 struct RuledTag {
   std::size_t rule = 0;  // index in the list
   std::string loop{};    // empty if the rule has none

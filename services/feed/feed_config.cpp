@@ -138,6 +138,10 @@ FeedConfig read_feed(MapReader& in, const std::string& file, Values values) {
   config.runtime_directory =
       config::read_path(in, "runtime_directory", "of loopwardend, where feed.sock is", file,
                         config.runtime_directory.string());
+  config.feeder = in.text("feeder",
+                          "name of this feeder in loopwardend.yaml; required if another feeder "
+                          "there has the same user",
+                          "");
   config.alive_interval = milliseconds(
       in.number("alive_interval",
                 {"s", between(0.1, 60.0),

@@ -20,6 +20,7 @@ struct FeedConfig {
   mqtt::ClientSettings mqtt;
   std::filesystem::path runtime_directory = "/run/loopwardend";  // of the daemon: feed.sock
   std::chrono::milliseconds alive_interval{1000};
+  std::string feeder;  // name in loopwardend.yaml; empty: its user identifies it
   std::vector<TopicRule> topics;
   std::vector<MetricRule> metrics;
   bool ask_rebirth = false;

@@ -96,16 +96,18 @@ void Feeder::take_message(const mqtt::Message& message) {
 
 void Feeder::broker_came() {
   if (std::exchange(broker_there_, true)) return;
+  edges_.connected(ms_of(Clock::now()));
   send_newest();
 }
 
 void Feeder::broker_went(const std::string& why) {
   log_.warn("broker", "away", "broker: " + why);
   deliver();
-  broker_there_ = false;
   topics_.disconnected(values_);
   edges_.disconnected(values_);
+  for (FedValue& fed : values_) fed.source = broker_name();
   deliver();
+  broker_there_ = false;
   client_.connect(std::nullopt);
 }
 
@@ -114,7 +116,8 @@ void Feeder::keep_link() {
   if (is_new) {
     log_.info("feed.sock", "connected", "feed.sock: connected");
     link_trouble_.clear();
-    if (broker_there_) send_newest();
+    if (!config_.feeder.empty()) link_.send(protocol::feed_sign_of_life(config_.feeder));
+    broker_there_ ? send_newest() : send_lost();
   } else if (!link_.why().empty() && link_.why() != link_trouble_) {
     link_trouble_ = link_.why();
     log_.warn("feed.sock", "away", link_trouble_);
@@ -158,6 +161,24 @@ void Feeder::send_newest() {
   std::vector<FedValue> all;
   for (const auto& [name, fed] : newest_) all.push_back(fed);
   send(all);
+}
+
+// Sends that the values are lost with the broker: a daemon that has started does not know it.
+void Feeder::send_lost() {
+  std::vector<FedValue> all;
+  const auto add = [&](const std::string& name) {
+    all.push_back({.name = name,
+                   .quality = FedValue::Quality::bad,
+                   .reason = FedValue::Reason::link,
+                   .source = broker_name()});
+  };
+  for (const TopicRule& rule : config_.topics) add(rule.name);
+  for (const MetricRule& rule : config_.metrics) add(rule.name);
+  send(all);
+}
+
+std::string Feeder::broker_name() const {
+  return ("broker " + to_text(config_.mqtt.broker)).substr(0, FedValue::kLongestSource);
 }
 
 void Feeder::complain(const std::string& what) {

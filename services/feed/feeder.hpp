@@ -46,6 +46,8 @@ class Feeder {
   void deliver();
   void send(const std::vector<protocol::FedValue>& values);
   void send_newest();
+  void send_lost();
+  std::string broker_name() const;
   void complain(const std::string& what);
 
   FeedConfig config_;

@@ -120,6 +120,40 @@ TEST_CASE("Two loops have two tags and two outputs", "[config][directory]") {
   CHECK(said_of(folder).empty());
 }
 
+TEST_CASE("A cascade names a master of the folder, without a circle", "[config][cascade]") {
+  const ScratchFolder folder;
+  folder.write("loopwardend.yaml", kLinks);
+  const auto with_master = [](const std::string& loop, const std::string& master) {
+    return loop + "cascade: {master: " + master + "}\n";
+  };
+  folder.write("loops.d/a.yaml", kModbusLoop);
+  folder.write("loops.d/b.yaml", with_master(second_loop(), "FIC-101"));
+  CHECK(said_of(folder).empty());
+  folder.write("loops.d/b.yaml", with_master(second_loop(), "FIC-110"));
+  CHECK_THAT(said_of(folder), Catch::Contains("cascade.master: no loop file has the tag 'FIC-110'; "
+                                              "did you mean 'FIC-101'?"));
+  folder.write("loops.d/b.yaml", with_master(second_loop(), "FIC-102"));
+  CHECK_THAT(said_of(folder), Catch::Contains("cascade.master: must be another loop"));
+  folder.write("loops.d/a.yaml", with_master(kModbusLoop, "FIC-102"));
+  folder.write("loops.d/b.yaml", with_master(second_loop(), "FIC-101"));
+  CHECK_THAT(said_of(folder),
+             Catch::Contains("the cascade is a circle: FIC-101 < FIC-102 < FIC-101"));
+  folder.write("loops.d/a.yaml", kModbusLoop);
+  folder.write("loops.d/b.yaml", second_loop() + "cascade: {}\n");
+  CHECK_THAT(said_of(folder), Catch::Contains("master"));
+}
+
+TEST_CASE("An area is a path", "[config][directory]") {
+  const ScratchFolder folder;
+  folder.write("loopwardend.yaml", kLinks);
+  folder.write("loops.d/a.yaml", kModbusLoop + "area: Unit 2/Reactor\n");
+  CHECK(said_of(folder).empty());
+  for (const char* area : {"/Unit 2", "Unit 2/", "Unit 2//Reactor"}) {
+    folder.write("loops.d/a.yaml", kModbusLoop + "area: " + area + "\n");
+    CHECK_THAT(said_of(folder), Catch::Contains("area: must be names separated by single slashes"));
+  }
+}
+
 TEST_CASE("Two loops share no analog output", "[config][directory]") {
   const ScratchFolder folder;
   folder.write("loops.d/a.yaml", test::kAnalogLoop);

@@ -35,8 +35,9 @@ namespace fs = std::filesystem;
 
 struct DiscoverCommand {
   std::string tags;
-  std::string opcua;      // URL
-  std::string sparkplug;  // group
+  std::string opcua;         // URL
+  std::string sparkplug;     // group
+  std::string opcua_config;  // empty: as loopwarden-opcua
   std::string feed_config = "/etc/loopwarden-feed/feed.yaml";
   int seconds = 60;  // of listening
   std::string rules;
@@ -63,8 +64,11 @@ struct Browser {
 
 std::optional<Browser> browser_of(const DiscoverCommand& options) {
   if (!options.opcua.empty()) {
-    return Browser{
-        "loopwarden-opcua", "loopwarden-opcua", {"browse", "--url", options.opcua}, options.opcua};
+    std::vector<std::string> words{"browse", "--url", options.opcua};
+    if (!options.opcua_config.empty()) {
+      words.insert(words.end(), {"--config", options.opcua_config});
+    }
+    return Browser{"loopwarden-opcua", "loopwarden-opcua", std::move(words), options.opcua};
   }
   if (options.sparkplug.empty()) return std::nullopt;
   return Browser{"loopwarden-feed",
@@ -98,7 +102,7 @@ std::vector<record::TagRule> rules_in(const std::string& path) {
   auto rules = read_rules_file(path);
   if (!rules) fail(kExitConfiguration, "{}", base::trimmed(config::to_text(rules.diagnostics)));
   fmt::print(stderr, "{}", config::to_text(rules.diagnostics));
-  return std::move(*rules);
+  return std::move(rules->rules);
 }
 
 // Writes the loops' files and collects one line of results per loop.
@@ -220,7 +224,7 @@ int run_discover(const DiscoverCommand& given) {
     }
   }
   const std::string source = browser ? browser->source : options.tags;
-  const discover::TagList tags = discover::read_tag_list(list);
+  const discover::TagList tags = discover::read_tag_file(list, source);
   for (const std::string& note : tags.notes) fmt::print(stderr, "{}\n", note);
   const discover::FoundLoops found = discover::find_loops(tags.tags, rules);
   const std::string nodes = discover::node_list(
@@ -260,6 +264,11 @@ void add_discover(Program& program) {
           .option("--opcua", o.opcua,
                   "OPC UA server, opc.tcp://HOST:PORT, whose tags loopwarden-opcua lists")
           .excludes(tags);
+  command
+      .option(
+          "--opcua-config", o.opcua_config,
+          "opcua.yaml of loopwarden-opcua: user, certificates [/etc/loopwarden-opcua/opcua.yaml]")
+      .needs(opcua);
   const Option sparkplug =
       command
           .option("--sparkplug", o.sparkplug,

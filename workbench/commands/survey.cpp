@@ -2,6 +2,7 @@
 // loopwarden survey: ranks all loops of a plant.
 #include "workbench/command_line/frame.hpp"
 #include "workbench/survey/changes.hpp"
+#include "workbench/survey/costs.hpp"
 #include "workbench/survey/outcomes.hpp"
 #include "workbench/survey/survey.hpp"
 #include "workbench/survey/survey_page.hpp"
@@ -45,6 +46,7 @@ struct SurveyCommand {
   std::string against;
   std::string area;
   std::string weights;
+  std::string costs;
 };
 
 constexpr std::size_t kLinesShown = 20;
@@ -130,7 +132,7 @@ void print_survey(const nlohmann::json& survey, const fs::path& out, bool as_jso
     if (verdict == "valve_effect") verdict = loop.at("effects").at(0).at("name").get<std::string>();
     if (verdict == "other_cause") verdict = loop.at("cause").get<std::string>();
     fmt::print("{:>5}  {:<28} {:<16} {:>7} {:>10} {:>6}  {}\n", k + 1,
-               loop.at("tag").get<std::string>(), verdict,
+               loop.value("shown", loop.at("tag").get<std::string>()), verdict,
                loop.at("probability").is_number()
                    ? fmt::format("{:.0f}", 100.0 * loop.at("probability").get<double>())
                    : "-",
@@ -143,7 +145,34 @@ void print_survey(const nlohmann::json& survey, const fs::path& out, bool as_jso
       !found.empty()) {
     fmt::print("{}\n", found);
   }
-  fmt::print("{}\n", (out / "survey.html").string());
+  const auto orders = survey.value("worklist", nlohmann::json::array());
+  fmt::print("{} order{} in {}\n{}\n", orders.size(), orders.size() == 1 ? "" : "s",
+             (out / "worklist.csv").string(), (out / "survey.html").string());
+}
+
+std::optional<record::TagPattern> area_in(const SurveyCommand& options) {
+  if (options.area.empty()) return std::nullopt;
+  try {
+    const record::TagPattern pattern(options.area);
+    if (pattern.wildcards() > 0) return pattern;
+  } catch (const std::invalid_argument& e) {
+    fail(kExitUsage, "--area: {}", e.what());
+  }
+  fail(kExitUsage, "--area: the area is the text at the first of *, ? and [...], which {} lacks",
+       base::in_quotes(options.area));
+}
+
+// Reads everything that the report needs before the long work.
+SurveyReport report_settings(const SurveyCommand& options) {
+  SurveyReport how{.outcomes = options.outcomes,
+                   .site = {.tags = options.input.options().tags, .area = area_in(options)}};
+  if (!options.weights.empty()) how.weights = read_loop_weights(options.weights);
+  if (options.costs.empty()) return how;
+  auto costs = read_costs_file(options.costs);
+  fmt::print(stderr, "{}", config::to_text(costs.diagnostics));
+  if (!costs) fail(kExitConfiguration, "{}: can't be used", options.costs);
+  how.costs = std::move(*costs);
+  return how;
 }
 
 // Reads the earlier survey of --against before the long work, because it may be in the folder of
@@ -154,18 +183,7 @@ class Against {
       : json_(options.json), before_name_(options.against) {
     if (options.against.empty()) return;
     before_ = read_survey(options.against);
-    if (!options.area.empty()) {
-      try {
-        how_.area.emplace(options.area);
-      } catch (const std::invalid_argument& e) {
-        fail(kExitUsage, "--area: {}", e.what());
-      }
-      if (how_.area->wildcards() == 0) {
-        fail(kExitUsage,
-             "--area: the area is the text at the first of *, ? and [...], which {} lacks",
-             base::in_quotes(options.area));
-      }
-    }
+    how_.area = area_in(options);
     if (!options.weights.empty()) how_.weights = read_loop_weights(options.weights);
   }
 
@@ -243,9 +261,10 @@ int run_survey(const SurveyCommand& given) {
     against.tell(survey, out);
     return kExitOk;
   }
+  const SurveyReport report = report_settings(options);
   if (!options.merge.empty()) {
     const nlohmann::json survey =
-        write_survey({options.merge.begin(), options.merge.end()}, out, options.outcomes);
+        write_survey({options.merge.begin(), options.merge.end()}, out, report);
     if (!options.json) print_failed(survey.at("failed"));
     print_survey(survey, out, options.json);
     against.tell(survey, out);
@@ -272,7 +291,7 @@ int run_survey(const SurveyCommand& given) {
          "no loop with PV and CO was found; 'loopwarden import --list' shows what was, --map "
          "pv=NAME,co=NAME names the columns or tags of one");
   }
-  const nlohmann::json survey = write_survey({out}, out, options.outcomes);
+  const nlohmann::json survey = write_survey({out}, out, report);
   if (options.recorder.background()) {
     fmt::print("{}\n", sentence_of(survey));
     return exit_code_of(survey.at("failed"));
@@ -294,7 +313,8 @@ void add_survey(Program& program) {
                  "exports with any number of loops, .xlsx, .zip and folders of them");
   command.required(
       "--out", o.out,
-      "folder for survey.html, survey.csv, survey.json; an earlier run in it is continued");
+      "folder for worklist.csv, survey.html, survey.csv, survey.json; an earlier run in it is "
+      "continued");
   command.setting("--window", o.window_h,
                   "hours per row of figures; the verdicts do not depend on it",
                   between(0.01, 10000.0));
@@ -310,19 +330,22 @@ void add_survey(Program& program) {
   command.flag("--json", o.json, "print survey.json");
   command.option("--outcomes", o.outcomes,
                  "findings of technicians (loopwarden outcome); default: outcomes.csv in --out");
+  command.option("--area", o.area,
+                 "pattern of tags, such as U*-*: the area is the text at its first wildcard; "
+                 "default: folders in the tag, the text before the function letters, or the number "
+                 "without its last two digits");
+  command.option("--loops", o.weights,
+                 "CSV with the columns tag, criticality and cost_per_hour, which replaces the "
+                 "assumed loss");
+  command.option("--costs", o.costs,
+                 "YAML with the costs from which minutes and savings are estimated "
+                 "(docs/reference/worklist.md)");
   Command comparing = command.group("Against an earlier survey");
   Option against = comparing.option(
       "--against", o.against,
       "survey.json or folder of an earlier survey: writes new, worse, better and gone loops to "
       "changes.html and changes.json; without exports, compares the survey in --out");
   against.excludes(shard);
-  comparing
-      .option("--area", o.area,
-              "pattern of tags, such as U*-*: the area is the text at its first wildcard; default: "
-              "the text before the function letters, or the number without its last two digits")
-      .needs(against);
-  comparing.option("--loops", o.weights, "CSV with the columns tag, criticality and cost_per_hour")
-      .needs(against);
   o.recorder.add_options(command, "; the record is kept in the folder records of --out");
   o.input.add_options(command);
   o.input.add_rules(command);

@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "base/text.hpp"
 #include "daemon/protocol/ask.hpp"
 #include "workbench/command_line/frame.hpp"
 #include "workbench/live/daemon_client.hpp"
@@ -23,13 +24,21 @@ namespace {
 
 struct TopOptions {
   std::string loop;  // empty: no loop given
+  std::string area;  // empty: all loops
   std::string socket;
   bool json = false;
   bool once = false;
 };
 
-protocol::Status status_of(DaemonClient& daemon) {
-  return protocol::ask(daemon, protocol::StatusRequest{});
+// Returns the status with the loops of an area.
+protocol::Status status_of(DaemonClient& daemon, const std::string& area) {
+  protocol::Status status = protocol::ask(daemon, protocol::StatusRequest{});
+  if (area.empty()) return status;
+  std::erase_if(status.loops, [&](const protocol::LoopStatus& loop) {
+    return !base::is_in_area(loop.area, area);
+  });
+  if (status.loops.empty()) fail(kExitData, "no loop is in the area {}", base::in_quotes(area));
+  return status;
 }
 
 void print_once(const protocol::Status& status, const std::string& loop) {
@@ -41,6 +50,7 @@ void print_once(const protocol::Status& status, const std::string& loop) {
   }
   for (const std::string& line : loop_table(status.loops, selected)) fmt::print("{}\n", line);
   if (loop.empty()) return;
+  fmt::print("{}", place_line(status.loops, selected));
   for (const std::string& line : loop_details(status.loops[selected])) {
     fmt::print("{}\n", line);
   }
@@ -70,19 +80,20 @@ std::string page(const protocol::Status& status, std::size_t selected, const pro
   }
   text += "\n";
   const protocol::LoopStatus& loop = status.loops.at(selected);
-  const int used = static_cast<int>(shown + troubles.size()) + (writes.empty() ? 9 : 10);
+  const int used = static_cast<int>(shown + troubles.size()) + (writes.empty() ? 10 : 11);
   for (const std::string& line :
        trend_view(loop, trend, window_s, size.columns, size.rows - used)) {
     text += line + "\n";
   }
+  text += coloured(place_line(status.loops, selected), Colour::grey);
   for (const std::string& line : loop_details(loop)) text += coloured(line, Colour::grey) + "\n";
   text += coloured("q quit   up/down select loop   +/- longer or shorter trend", Colour::grey);
   return text;
 }
 
-void watch(const std::string& socket, const std::string& first) {
+void watch(const std::string& socket, const std::string& first, const std::string& area) {
   auto daemon = std::make_unique<DaemonClient>(socket);
-  protocol::Status status = status_of(*daemon);
+  protocol::Status status = status_of(*daemon, area);
   std::size_t selected = first.empty() ? 0 : loop_index(status.loops, first);
   watch_interrupts();
   Screen screen;
@@ -95,7 +106,7 @@ void watch(const std::string& socket, const std::string& first) {
         daemon = std::make_unique<DaemonClient>(socket);
         trend.reset();  // another run counts its periods from 0 again
       }
-      status = status_of(*daemon);
+      status = status_of(*daemon, area);
       selected = std::min(selected, status.loops.size() - 1);
       const std::string& name = status.loops.at(selected).name;
       if (!trend || trend->loop() != name) trend.emplace(name);
@@ -124,15 +135,15 @@ int run_top(const TopOptions& options) {
   const bool terminal = is_terminal(STDOUT_FILENO) && is_terminal(STDIN_FILENO);
   if (terminal && !options.once && !options.json) {
     use_colours(true);
-    watch(options.socket, options.loop);
+    watch(options.socket, options.loop, options.area);
     return kExitOk;
   }
   DaemonClient daemon(options.socket);
   if (options.json) {
-    show_answer(status_of(daemon));
+    show_answer(status_of(daemon, options.area));
   } else {
     use_colours(is_terminal(STDOUT_FILENO));
-    print_once(status_of(daemon), options.loop);
+    print_once(status_of(daemon, options.area), options.loop);
   }
   return kExitOk;
 }
@@ -143,6 +154,7 @@ void add_top(Program& program) {
   auto [command, o] = program.command("top", "Show a live view of a running daemon", run_top);
   command.option("loop", o.loop,
                  "tag of the first loop; with --once, of the loop to print in detail");
+  command.option("--area", o.area, "only the loops of this area and its parts, such as Unit 2");
   command.socket(o.socket);
   command.flag("--once", o.once, "print the state once, without the live view");
   command.flag("--json", o.json, "print the state once as JSON");

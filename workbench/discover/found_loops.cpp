@@ -22,12 +22,30 @@ using record::LoopSignals;
 using record::Role;
 using record::SignalRange;
 
-// Numbers of a mode if no rule gives them, as record::parse_mode reads them.
-constexpr double kAutomatic = 1.0;
-constexpr double kManual = 0.0;
+// Values of a mode if no rule gives them: numbers as record::parse_mode reads them, and words.
+constexpr const char* kAutomatic = "1";
+constexpr const char* kManual = "0";
+constexpr std::array<std::string_view, 10> kAutomaticWords{
+    "Auto", "Aut", "Automatic", "Cas", "Casc", "Cascade", "RCas", "Rsp", "Remote", "BCas"};
+constexpr std::array<std::string_view, 6> kManualWords{"Man", "Manual", "IMan",
+                                                       "LO",  "ROut",   "OOS"};
 
-bool is_digit(char c) { return c >= '0' && c <= '9'; }
-bool is_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); }
+bool is_lower(char c) { return c >= 'a' && c <= 'z'; }
+
+// Returns a word in the case of `example`: AUTO, Auto or auto. An empty example counts as AUTO.
+std::string in_case_of(std::string_view word, std::string_view example) {
+  if (!example.empty() && is_lower(example.front())) return base::lower_case(word);
+  const auto raise = [](char& c) {
+    if (is_lower(c)) c = static_cast<char>(c - 'a' + 'A');
+  };
+  std::string text(word);
+  if (std::any_of(example.begin(), example.end(), is_lower)) {
+    raise(text.front());
+  } else {
+    std::for_each(text.begin(), text.end(), raise);
+  }
+  return text;
+}
 
 // A loop under construction. `path` holds its folders, its tag and perhaps a block.
 struct Candidate {
@@ -342,7 +360,9 @@ class LoopFinder {
       if (loop.description.empty()) loop.description = listed_.at(name)->description;
     }
     find_units(candidate, loop);
-    if (candidate.has(Role::mode)) find_mode(candidate.signals.mode_words.get(), loop);
+    if (candidate.has(Role::mode)) {
+      find_mode(candidate.signals.mode_words.get(), listed(candidate, Role::mode), loop);
+    }
     found.loops.push_back(std::move(loop));
   }
 
@@ -368,23 +388,48 @@ class LoopFinder {
     }
   }
 
-  static void find_mode(const record::ModeWords* words, FoundLoop& loop) {
-    const auto add = [](const std::vector<std::string>& texts, std::vector<double>& numbers) {
+  static void find_mode(const record::ModeWords* rule, const ListedTag& tag, FoundLoop& loop) {
+    const auto add = [&](const std::vector<std::string>& texts, std::vector<std::string>& values) {
       for (const std::string& text : texts) {
         double number = 0.0;
         const auto [end, wrong] = std::from_chars(text.data(), text.data() + text.size(), number);
-        if (wrong == std::errc() && end == text.data() + text.size()) numbers.push_back(number);
+        const bool is_number = wrong == std::errc() && end == text.data() + text.size();
+        if (is_number) values.push_back(text);
+        // A rule ignores the case, a loop file does not.
+        if (!is_number && tag.is_text) {
+          values.push_back(in_case_of(text, tag.value));
+        }
       }
     };
-    if (words != nullptr) {
-      add(words->automatic, loop.automatic.value);
-      add(words->cascade, loop.automatic.value);
-      add(words->manual, loop.manual.value);
+    if (rule != nullptr) {
+      add(rule->automatic, loop.automatic.value);
+      add(rule->cascade, loop.automatic.value);
+      add(rule->manual, loop.manual.value);
     }
     if (!loop.automatic.value.empty()) return;
+    if (tag.is_text) return guess_words(tag.value, loop);
     constexpr const char* kUsual = "as most often";
     loop.automatic = {{kAutomatic}, kUsual};
     loop.manual = {{kManual}, kUsual};
+  }
+
+  // `present`: the mode's present value; empty: not known.
+  static void guess_words(const std::string& present, FoundLoop& loop) {
+    for (const std::string_view word : kAutomaticWords) {
+      loop.automatic.value.push_back(in_case_of(word, present));
+    }
+    for (const std::string_view word : kManualWords) {
+      loop.manual.value.push_back(in_case_of(word, present));
+    }
+    const auto has = [&](const std::vector<std::string>& words) {
+      return std::find(words.begin(), words.end(), present) != words.end();
+    };
+    loop.automatic.guess = loop.manual.guess = "words of common controllers";
+    if (present.empty()) return;
+    const bool known = has(loop.automatic.value) || has(loop.manual.value);
+    loop.automatic.guess +=
+        fmt::format("; it is {} now{}", base::in_quotes(present),
+                    known ? "" : ", which is in neither list: add it to one of them");
   }
 
   const std::vector<record::TagRule>& rules_;

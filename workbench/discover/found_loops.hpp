@@ -9,8 +9,8 @@
 //
 // Units and ranges are taken from a rule, otherwise from the list. If both lack them, they are
 // guessed: PV has those of SP, a CO in % runs from 0 to 100, and a CO from 0 to 100 is in %. The
-// numbers of a mode are those of the rules. Otherwise they are guessed as the import reads them: 1
-// and 0.
+// values of a mode are those of the rules. Otherwise they are guessed: of a number 1 and 0, as the
+// import reads them; of a text the words of common controllers, in the case of its present value.
 //
 // Limit: if two tags of one loop have the same ending, the first one is taken as a guess.
 #pragma once
@@ -44,7 +44,7 @@ struct FoundLoop {
   std::array<std::optional<LoopSignal>, record::kRoles> signals;  // pv and co are there
   Found<std::string> pv_unit, co_unit;                            // empty: not known
   Found<std::optional<record::SignalRange>> pv_range, co_range;
-  Found<std::vector<double>> automatic, manual;  // numbers of the mode
+  Found<std::vector<std::string>> automatic, manual;  // values of the mode: numbers or words
 
   const std::optional<LoopSignal>& signal(record::Role role) const {
     return signals[record::index_of(role)];

@@ -35,6 +35,16 @@ std::string list(const std::vector<double>& numbers) {
   return fmt::format("[{}]", fmt::join(numbers, ", "));
 }
 
+// Returns values of a mode; words are in quotes, because YAML reads some as other things.
+std::string list(const std::vector<std::string>& values) {
+  std::string text;
+  for (const std::string& value : values) {
+    const bool number = value.find_first_not_of("+-.0123456789") == std::string::npos;
+    text += (text.empty() ? "" : ", ") + (number ? value : yaml_text(value));
+  }
+  return "[" + text + "]";
+}
+
 class Writer {
  public:
   explicit Writer(LoopFile& file) : file_(file) {}

@@ -27,16 +27,18 @@ enum Column : std::size_t {
   kUnit,
   kLow,
   kHigh,
-  kDescription
+  kDescription,
+  kValue
 };
-const std::vector<CsvColumn> kColumns{{"tag"},     {"name"},       {"address"}, {"node"},
-                                      {"node_id"}, {"data_type"},  {"unit"},    {"low"},
-                                      {"high"},    {"description"}};
+const std::vector<CsvColumn> kColumns{{"tag"},     {"name"},        {"address"}, {"node"},
+                                      {"node_id"}, {"data_type"},   {"unit"},    {"low"},
+                                      {"high"},    {"description"}, {"value"}};
 const auto kNames = {kTag, kName, kAddress, kNode, kNodeId};
-// Data types of OPC UA that are not numbers. loopwarden-opcua reads only numbers.
-constexpr std::array<std::string_view, 8> kNoNumbers{"string",        "localizedtext", "datetime",
-                                                     "bytestring",    "guid",          "xmlelement",
-                                                     "qualifiedname", "nodeid"};
+// Data types of OPC UA that are texts, and others that are not numbers. A loop reads a text only as
+// its mode.
+constexpr std::array<std::string_view, 2> kTexts{"string", "localizedtext"};
+constexpr std::array<std::string_view, 6> kOthers{"datetime",   "bytestring",    "guid",
+                                                  "xmlelement", "qualifiedname", "nodeid"};
 
 template <class Wanted>
 std::string first_of(const CsvRow& row, std::initializer_list<Column> columns, Wanted wanted) {
@@ -48,10 +50,12 @@ std::string first_of(const CsvRow& row, std::initializer_list<Column> columns, W
 
 bool is_filled(const std::string& cell) { return !cell.empty(); }
 
-bool is_number(const std::string& data_type) {
-  return std::find(kNoNumbers.begin(), kNoNumbers.end(), base::lower_case(data_type)) ==
-         kNoNumbers.end();
+template <class Types>
+bool is_of(const Types& types, const std::string& data_type) {
+  return std::find(types.begin(), types.end(), base::lower_case(data_type)) != types.end();
 }
+
+bool is_mode(const std::string& cell) { return record::read_tag(cell).role == record::Role::mode; }
 
 bool tells_signal(const std::string& cell) {
   const record::TagName tag = record::read_tag(cell);
@@ -82,7 +86,8 @@ TagList read_tag_list(const std::string& file, std::string_view text) {
     list.notes.push_back(fmt::format("{}:{}: {}", file, row.line, what));
   };
   for (const CsvRow& row : table.rows) {
-    if (!is_number(row.cells[kType])) {
+    const bool is_text = is_of(kTexts, row.cells[kType]);
+    if (is_of(kOthers, row.cells[kType]) || (is_text && first_of(row, kNames, is_mode).empty())) {
       ++no_numbers;
       continue;
     }
@@ -90,7 +95,9 @@ TagList read_tag_list(const std::string& file, std::string_view text) {
                   .node = first_of(row, {kNodeId, kNode, kAddress}, is_filled),
                   .unit = row.cells[kUnit],
                   .description = row.cells[kDescription],
-                  .range = std::nullopt};
+                  .range = std::nullopt,
+                  .is_text = is_text,
+                  .value = row.cells[kValue]};
     if (tag.name.empty()) tag.name = first_of(row, kNames, is_filled);
     const std::optional<double> low = number_in(table, row, kLow);
     const std::optional<double> high = number_in(table, row, kHigh);
@@ -109,7 +116,8 @@ TagList read_tag_list(const std::string& file, std::string_view text) {
   }
   if (no_numbers > 0) {
     list.notes.push_back(
-        fmt::format("{}: {} tags are no numbers by their data_type: skipped", file, no_numbers));
+        fmt::format("{}: {} tags are neither numbers nor a mode by their data_type: skipped", file,
+                    no_numbers));
   }
   if (list.tags.empty()) {
     throw CommandError(
@@ -119,11 +127,11 @@ TagList read_tag_list(const std::string& file, std::string_view text) {
   return list;
 }
 
-TagList read_tag_list(const std::filesystem::path& path) {
+TagList read_tag_file(const std::filesystem::path& path, const std::string& name) {
   const auto source = record::Containers().open(path, record::Encoding::automatic);
   std::string text;
   for (std::string_view line; source->next(line);) text.append(line).push_back('\n');
-  return read_tag_list(path.string(), text);
+  return read_tag_list(name, text);
 }
 
 }  // namespace loopwarden::workbench::discover

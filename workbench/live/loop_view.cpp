@@ -303,6 +303,25 @@ std::vector<std::string> loop_table(const std::vector<protocol::LoopStatus>& loo
   return lines;
 }
 
+std::string place_line(const std::vector<protocol::LoopStatus>& loops, std::size_t at) {
+  const protocol::LoopStatus& loop = loops[at];
+  // The master may be in another area than the listed loops.
+  std::string master = loop.master;
+  const auto named = [](const protocol::LoopStatus& other) {
+    return fmt::format("{} ({})", other.name, other.cycle.value_or(protocol::Cycle{}).mode);
+  };
+  std::string line;
+  if (!loop.area.empty()) line += "area " + loop.area + "   ";
+  std::string slaves;
+  for (const protocol::LoopStatus& other : loops) {
+    if (!master.empty() && other.name == loop.master) master = named(other);
+    if (other.master == loop.name) slaves += (slaves.empty() ? "" : ", ") + named(other);
+  }
+  if (!master.empty()) line += "slave of " + master + "   ";
+  if (!slaves.empty()) line += "master of " + slaves;
+  return line.empty() ? line : std::string(line, 0, line.find_last_not_of(' ') + 1) + "\n";
+}
+
 std::vector<std::string> loop_details(const protocol::LoopStatus& loop) {
   std::vector<std::string> lines{valve_line(loop), condition_line(loop)};
   if (loop.out_of_service) lines.push_back("out of service: " + *loop.out_of_service);

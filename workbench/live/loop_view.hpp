@@ -38,6 +38,8 @@ std::string suppressed_note(const std::vector<protocol::Alarm>& alarms);
 // Returns one line per loop; the selected one is marked.
 std::vector<std::string> loop_table(const std::vector<protocol::LoopStatus>& loops,
                                     std::size_t selected);
+// Returns "area Unit 2/Reactor   slave of TIC-101 (AUTO)" as a line, or an empty text.
+std::string place_line(const std::vector<protocol::LoopStatus>& loops, std::size_t at);
 // Returns the monitor's result for the valve, the condition indices, and the state of record and
 // bus.
 std::vector<std::string> loop_details(const protocol::LoopStatus& loop);

@@ -127,7 +127,8 @@ record::ImportOptions RecordInput::options() const {
     auto rules = read_rules_file(rules_);
     fmt::print(stderr, "{}", config::to_text(rules.diagnostics));
     if (!rules) throw RecordInputError(kExitConfiguration, rules_ + ": can't be used");
-    out.rules = std::move(*rules);
+    out.rules = std::move(rules->rules);
+    out.tags = std::move(rules->tags);
   }
   if (!time_.empty()) out.time = *record::time_form(time_);
   if (!time_column_.empty()) out.time_column = time_column_;

@@ -33,16 +33,30 @@ std::shared_ptr<const record::ModeWords> mode_words(MapReader& in, const std::st
   return given ? std::make_shared<const record::ModeWords>(std::move(words)) : nullptr;
 }
 
-void read_pattern(MapReader& in, TagRule& rule) {
-  const auto text = in.need_text(
-      "match", "name of a column or tag: * any characters, ? one, [A-C7] one of these");
+constexpr const char* kMatch =
+    "name of a column or tag: * any characters, ? one, [A-C7] one of these";
+
+void read_pattern(MapReader& in, const char* meaning, record::TagPattern& pattern) {
+  const auto text = in.need_text("match", meaning);
   if (!text.valid || in.describing()) return;
   try {
-    rule.pattern = record::TagPattern(text.value);
+    pattern = record::TagPattern(text.value);
   } catch (const std::invalid_argument& e) {
     in.error("match", fmt::format("must be a pattern: {} (got '{}')", e.what(),
                                   config::quotable(text.value)));
   }
+}
+
+// Reports a text whose $1 to $9 have no wildcard.
+void check_filled(MapReader& in, const char* key, const std::string& text,
+                  const record::TagPattern& pattern) {
+  if (pattern.text().empty() ||
+      record::filled_in(text, std::vector<std::string>(pattern.wildcards(), "x")))
+    return;
+  in.error(key, fmt::format("must be text with $1 to $9 for one of the {} of *, ? and [...] in "
+                            "'{}', and $$ for a dollar sign (got '{}')",
+                            pattern.wildcards(), config::quotable(pattern.text()),
+                            config::quotable(text)));
 }
 
 void read_loop(MapReader& in, const std::string& signal, TagRule& rule) {
@@ -55,23 +69,15 @@ void read_loop(MapReader& in, const std::string& signal, TagRule& rule) {
   } else if (!rule.role && loop.given) {
     in.error("loop", "needs signal: pv, sp, co, stem or mode in the same rule");
   }
-  if (!rule.role || !loop.valid || rule.pattern.text().empty()) return;
-  const std::vector<std::string> found(rule.pattern.wildcards(), "x");
-  if (!record::filled_in(rule.loop, found)) {
-    in.error("loop",
-             fmt::format("must be text with $1 to $9 for one of the {} of *, ? and [...] in "
-                         "'{}', and $$ for a dollar sign (got '{}')",
-                         found.size(), config::quotable(rule.pattern.text()),
-                         config::quotable(rule.loop)));
-  } else if (rule.loop.empty()) {
-    in.error("loop", "must not be empty");
-  }
+  if (!rule.role || !loop.valid) return;
+  check_filled(in, "loop", rule.loop, rule.pattern);
+  if (rule.loop.empty()) in.error("loop", "must not be empty");
 }
 
 TagRule read_rule(MapReader& in, const std::string& file) {
   TagRule rule;
   rule.place = fmt::format("{}:{}", file, in.place().line);
-  read_pattern(in, rule);
+  read_pattern(in, kMatch, rule.pattern);
   const std::string signal =
       in.word_of("signal", {"as named", "pv", "sp", "co", "stem", "mode", "none"},
                  "which signal of its loop; none: the name belongs to no loop");
@@ -92,23 +98,46 @@ TagRule read_rule(MapReader& in, const std::string& file) {
   return rule;
 }
 
-std::vector<TagRule> read_rules(MapReader& in, const std::string& file) {
-  std::vector<TagRule> rules;
+record::TagText read_tag_text(MapReader& in, const std::string& file) {
+  record::TagText tag;
+  tag.place = fmt::format("{}:{}", file, in.place().line);
+  read_pattern(in, "tag of a loop, with the same wildcards", tag.pattern);
+  const auto read = [&](const char* key, const char* meaning, std::string& to) {
+    to = in.text(key, meaning, "").value;
+    if (!in.describing()) check_filled(in, key, to, tag.pattern);
+  };
+  read("show", "tag as lists and reports show it, with $1; default: without server and folders",
+       tag.show);
+  read("area",
+       "area as a path, such as Unit 2/Reactor, with $1; default: the tag's folders, or "
+       "its number",
+       tag.area);
+  read("master", "of a slave in a cascade: tag of the loop that writes its set point, with $1",
+       tag.master);
+  if (!in.describing() && tag.show.empty() && tag.area.empty() && tag.master.empty())
+    in.error("needs one of the keys show, area and master");
+  return tag;
+}
+
+SiteRules read_rules(MapReader& in, const std::string& file) {
+  SiteRules site;
   for (MapReader& rule : in.maybe_list("rules", "the first that matches a name decides"))
-    rules.push_back(read_rule(rule, file));
-  if (rules.empty() && !in.describing()) in.error("rules", "must be a list of at least one rule");
-  return rules;
+    site.rules.push_back(read_rule(rule, file));
+  for (MapReader& tag : in.maybe_list("tags", "the first that matches a loop's tag decides"))
+    site.tags.push_back(read_tag_text(tag, file));
+  if (site.rules.empty() && site.tags.empty() && !in.describing())
+    in.error("rules", "must be a list of at least one rule, or add the list tags");
+  return site;
 }
 
 }  // namespace
 
-config::Loaded<std::vector<TagRule>> read_rules_text(const std::string& file,
-                                                     std::string_view text) {
-  return config::load_text<std::vector<TagRule>>(
-      file, text, [&](MapReader& in) { return read_rules(in, file); });
+config::Loaded<SiteRules> read_rules_text(const std::string& file, std::string_view text) {
+  return config::load_text<SiteRules>(file, text,
+                                      [&](MapReader& in) { return read_rules(in, file); });
 }
 
-config::Loaded<std::vector<TagRule>> read_rules_file(const std::filesystem::path& path) {
+config::Loaded<SiteRules> read_rules_file(const std::filesystem::path& path) {
   return config::load_file(path, read_rules_text);
 }
 

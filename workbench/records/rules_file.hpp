@@ -14,9 +14,13 @@
 
 namespace loopwarden::workbench {
 
-config::Loaded<std::vector<record::TagRule>> read_rules_file(const std::filesystem::path& path);
-config::Loaded<std::vector<record::TagRule>> read_rules_text(const std::string& file,
-                                                             std::string_view text);
+struct SiteRules {
+  std::vector<record::TagRule> rules;  // of names
+  std::vector<record::TagText> tags;   // of loops
+};
+
+config::Loaded<SiteRules> read_rules_file(const std::filesystem::path& path);
+config::Loaded<SiteRules> read_rules_text(const std::string& file, std::string_view text);
 config::KeyReference describe_rules();
 
 }  // namespace loopwarden::workbench

@@ -269,7 +269,9 @@ json compare_surveys(const json& now, const json& before, const Comparing& how) 
   for (const auto& [tag, any] : all) {
     const json* of_now = at(is, tag);
     const json* of_before = at(was, tag);
-    const std::string area = area_of(tag, how.area);
+    const json named = any->value("area", json(nullptr));
+    const std::string area =
+        !how.area && named.is_string() ? named.get<std::string>() : area_of(tag, how.area);
     const auto [in_area, is_new] = areas.try_emplace(area, json::object());
     json& sums = in_area->second;
     if (is_new) sums = {{"area", area}, {"loops", 0}, {"findings", 0}, {"cost_per_hour", 0.0}};

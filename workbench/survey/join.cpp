@@ -4,12 +4,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <array>
 
 #include "model/diagnosis/group.hpp"
 #include "workbench/command_line/frame.hpp"
 #include "workbench/survey/neighbours.hpp"
+#include "workbench/survey/site_names.hpp"
 #include "workbench/text/csv_text.hpp"
 
 namespace loopwarden::workbench {
@@ -31,6 +33,8 @@ double valve_probability(const json& loop) {
   return is(loop, "verdict", "valve_effect") ? number(loop, "probability") : 0.0;
 }
 
+bool is_copy(const json& loop) { return loop.at("duplicate_of").is_string(); }
+
 double score_of(const json& loop) {
   const bool swings = loop.at("oscillating").get<bool>() && !is(loop, "verdict", "valve_effect");
   const double valve = loop.at("held_back").get<bool>() ? 0.0 : 60.0 * valve_probability(loop);
@@ -38,9 +42,11 @@ double score_of(const json& loop) {
          10.0 * number(loop, "saturated") + 10.0 * (1.0 - number(loop, "share_automatic", 1.0));
 }
 
-// Returns the rank in the list: seen 2, likely 1, all others 0. A finding that is suppressed has
-// rank 0.
+// Returns the rank in the list: seen 2, likely 1, healthy -1, a copy -2, all others 0. A finding
+// that is suppressed has rank 0.
 int step_of(const json& loop) {
+  if (is_copy(loop)) return -2;
+  if (is(loop, "verdict", "healthy")) return -1;
   if (!is(loop, "verdict", "valve_effect") || loop.at("held_back").get<bool>()) return 0;
   return is(loop, "grade", "seen") ? 2 : 1;
 }
@@ -53,14 +59,61 @@ std::string cell_of(const json& value) {
   return value.is_string() ? csv_cell(value.get<std::string>()) : value.dump();
 }
 
+using ShownByTag = std::map<std::string, std::string>;
+
+// Returns the shown tag of the loop that a key of `loop` names, or the first one of several.
+std::string shown_of(const json& loop, const char* key, const ShownByTag& shown) {
+  const json& value = loop.at(key);
+  const std::string tag = (value.is_array() ? value.at(0) : value).get<std::string>();
+  const auto at = shown.find(tag);
+  return at == shown.end() ? tag : at->second;
+}
+
+// Returns the first loop of the group that shares a unit with loop `k`; null if there is none.
+json likely_source(const std::vector<json>& loops, const std::vector<std::size_t>& group,
+                   std::size_t k) {
+  bool shared = false;
+  json source;
+  for (const std::size_t other : group) {
+    if (other != k && !share_a_unit(loops[k], loops[other])) continue;
+    if (source.is_null()) source = loops[other].at("tag");
+    shared = shared || other != k;
+  }
+  return shared ? source : json(nullptr);
+}
+
+// Replaces the text of `master` by the loop's tag, and marks the masters whose slave has a valve
+// fault: they are not tuned, because the slave's valve makes them oscillate.
+void name_cascades(std::vector<json>& loops) {
+  for (json& slave : loops) {
+    if (!slave.at("master").is_string()) continue;
+    const auto master = std::find_if(loops.begin(), loops.end(), [&](const json& loop) {
+      return loop.at("tag") == slave.at("master") || loop.at("shown") == slave.at("master");
+    });
+    if (master == loops.end()) continue;
+    slave["master"] = master->at("tag");
+    const bool troubled =
+        is(*master, "verdict", "other_cause") ||
+        (is(*master, "verdict", "cant_tell") && master->at("oscillating").get<bool>());
+    if (troubled && is(slave, "verdict", "valve_effect") && !slave.at("held_back").get<bool>())
+      (*master)["slave_at_fault"] = slave.at("tag");
+  }
+}
+
 // Returns the day of an answer, such as "2026-11-20".
 std::string day_of(const json& outcome) {
   return outcome.at("answered").get<std::string>().substr(0, 10);
 }
 
-}  // namespace
+// The next step with an explanation.
+struct NextStep {
+  std::string what;
+  std::string why;
+};
 
-NextStep next_step(const json& loop) {
+NextStep next_step(const json& loop, const ShownByTag& shown) {
+  const auto named = [&](const char* key) { return shown_of(loop, key, shown); };
+  if (is_copy(loop)) return {"nothing", "the same record as " + named("duplicate_of")};
   if (loop.at("held_back").get<bool>()) {
     return {"nothing",
             fmt::format("a technician found no fault on {} at {:.2g} %: suppressed until the size "
@@ -76,6 +129,10 @@ NextStep next_step(const json& loop) {
     return {"repair",
             "look at packing, actuator and positioner of the valve; until then a compensator or a "
             "wider dead band reduces the cycling"};
+  }
+  if (loop.value("slave_at_fault", json(nullptr)).is_string()) {
+    return {"look upstream", "its slave " + named("slave_at_fault") +
+                                 " has a valve fault: repair that valve before you tune this loop"};
   }
   const bool follows = loop.contains("likely_source") && loop["likely_source"].is_string() &&
                        loop["likely_source"] != loop.at("tag");
@@ -93,22 +150,23 @@ NextStep next_step(const json& loop) {
           "or in manual"};
     }
     if (is(loop, "cause", "sensor")) {
-      return {"look closer", "PV is constant while CO moves: look at the transmitter"};
+      return {"check the transmitter", "PV is constant while CO moves: look at the transmitter"};
     }
     if (is(loop, "cause", "no_flow")) {
       return {"look closer",
               "no flow while CO moves: look for a closed hand valve or a stopped pump"};
     }
     if (is(loop, "cause", "neighbour")) {
-      return {"look upstream",
-              loop["pushed_by"].at(0).get<std::string>() + " pushes it: look there first"};
+      return {"look upstream", named("pushed_by") + " pushes it: look there first"};
     }
     if (is(loop, "cause", "master_loop")) {
-      return {"look upstream", "it follows its set point: look at the loop that writes it"};
+      return {"look upstream",
+              loop["master"].is_string()
+                  ? "it follows its set point: look at its master " + named("master")
+                  : "it follows its set point: look at the loop that writes it"};
     }
     return {"look upstream",
-            follows ? "it oscillates with " + loop["likely_source"].get<std::string>() +
-                          ": look there first"
+            follows ? "it oscillates with " + named("likely_source") + ": look there first"
                     : "an external oscillation drives it: look for a loop with the same period"};
   }
   if (is(loop, "verdict", "healthy")) return {"nothing", "valve and loop are healthy"};
@@ -116,15 +174,21 @@ NextStep next_step(const json& loop) {
                                                        : "more data of the loop in automatic"};
 }
 
-json join_survey(std::vector<json> loops, json failed, const std::vector<FitterAnswer>& outcomes) {
+}  // namespace
+
+json join_survey(std::vector<json> loops, json failed, const std::vector<FitterAnswer>& outcomes,
+                 const SiteSettings& site) {
   std::sort(loops.begin(), loops.end(),
             [](const json& a, const json& b) { return a.at("tag") < b.at("tag"); });
+  name_loops(loops, site.tags, site.area);
   name_neighbours(loops, threads(0));
   tell_outcomes(loops, outcomes);
+  name_cascades(loops);
   std::vector<diagnosis::Swinging> swinging;
   for (std::size_t k = 0; k < loops.size(); ++k) {
     const json& loop = loops[k];
-    if (!loop.at("oscillating").get<bool>() || !(number(loop, "period_s") > 0.0)) continue;
+    if (is_copy(loop) || !loop.at("oscillating").get<bool>() || !(number(loop, "period_s") > 0.0))
+      continue;
     swinging.push_back({.loop = k,
                         .tag = loop.at("tag").get<std::string>(),
                         .period_s = number(loop, "period_s"),
@@ -138,22 +202,28 @@ json join_survey(std::vector<json> loops, json failed, const std::vector<FitterA
   }
   for (const diagnosis::Group& group : diagnosis::find_groups(swinging)) {
     json members = json::array();
-    const std::string& source = loops[group.loops.front()].at("tag").get_ref<const std::string&>();
+    bool ordered = true;
     for (const std::size_t k : group.loops) {
       loops[k]["group"] = groups.size() + 1;
-      loops[k]["likely_source"] = source;
+      loops[k]["likely_source"] = likely_source(loops, group.loops, k);
+      ordered = ordered && loops[k]["likely_source"] == loops[group.loops.front()]["tag"];
       members.push_back(loops[k].at("tag"));
     }
-    groups.push_back(
-        {{"group", groups.size() + 1}, {"period_s", group.period_s}, {"loops", members}});
+    groups.push_back({{"group", groups.size() + 1},
+                      {"period_s", group.period_s},
+                      {"loops", members},
+                      {"ordered", ordered}});
   }
+  ShownByTag shown;
+  for (const json& loop : loops)
+    shown[loop.at("tag").get<std::string>()] = loop.at("shown").get<std::string>();
   std::stable_sort(loops.begin(), loops.end(), [](const json& a, const json& b) {
     return std::pair(step_of(a), score_of(a)) > std::pair(step_of(b), score_of(b));
   });
   for (std::size_t k = 0; k < loops.size(); ++k) {
     loops[k]["rank"] = k + 1;
     loops[k]["score"] = std::nearbyint(score_of(loops[k]) * 10.0) / 10.0;
-    const NextStep next = next_step(loops[k]);
+    const NextStep next = next_step(loops[k], shown);
     loops[k]["next"] = {{"what", next.what}, {"why", next.why}};
   }
   std::sort(failed.begin(), failed.end(),
@@ -168,6 +238,8 @@ json join_survey(std::vector<json> loops, json failed, const std::vector<FitterA
 std::string survey_csv(const json& survey) {
   constexpr std::array kColumns{"rank",
                                 "tag",
+                                "shown",
+                                "area",
                                 "score",
                                 "verdict",
                                 "cause",
@@ -176,6 +248,7 @@ std::string survey_csv(const json& survey) {
                                 "period_s",
                                 "group",
                                 "likely_source",
+                                "duplicate_of",
                                 "pushed_by",
                                 "share_automatic",
                                 "saturated",
@@ -185,6 +258,7 @@ std::string survey_csv(const json& survey) {
                                 "crossings_per_hour",
                                 "travel_per_hour",
                                 "reversals_per_hour",
+                                "swing_percent",
                                 "noise",
                                 "nonlinearity",
                                 "since",

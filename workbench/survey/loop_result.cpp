@@ -233,6 +233,30 @@ std::vector<SurveyWindow> judged_windows(const record::Record& record,
   return windows;
 }
 
+// Returns the size of PV's moves in % of its span: the RMS of SP - PV, or of PV about its mean if
+// the record has no SP. The span is that of the rules, otherwise 1.5 times the largest value.
+json swing_percent(const record::Imported& imported, double error_rms) {
+  const std::vector<double>& pv = imported.record.pv;
+  double sum = 0.0;
+  double squares = 0.0;
+  double largest = 0.0;
+  double n = 0.0;
+  for (const double v : pv) {
+    if (!std::isfinite(v)) continue;
+    sum += v;
+    squares += v * v;
+    largest = std::max(largest, std::abs(v));
+    n += 1.0;
+  }
+  if (n == 0.0) return nullptr;
+  const double rms = std::isfinite(error_rms)
+                         ? error_rms
+                         : std::sqrt(std::max(0.0, squares / n - sum / n * (sum / n)));
+  const auto& range = imported.notes.ranges[index_of(record::Role::pv)];
+  const double span = range ? range->second - range->first : 1.5 * largest;
+  return span > 0.0 ? rounded(100.0 * rms / span) : json(nullptr);
+}
+
 // Returns a moment by the export's clock if it has one, otherwise in s of the record.
 json moment(const record::ImportNotes& notes, double at_s) {
   if (!notes.start) return at_s;
@@ -307,6 +331,9 @@ json judge_loop(record::Imported imported, const SurveySettings& settings) {
     out[key] = rounded(
         median_of(windows, [member = what](const SurveyWindow& w) { return w.findings.*member; }));
   }
+  const json& error = out["error_rms"];
+  out["swing_percent"] =
+      swing_percent(imported, error.is_number() ? error.get<double>() : std::nan(""));
   out["nonlinearity"] =
       rounded(median_of(windows, [](const SurveyWindow& w) { return w.nonlinearity; }));
   for (const char* key : {"verdict", "grade", "effects", "cause", "reason", "settle", "evidence",

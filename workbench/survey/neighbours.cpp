@@ -8,6 +8,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <numeric>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string_view>
@@ -123,6 +124,100 @@ void compare(std::span<const TimedLoop> all, const Together& frame, unsigned thr
   }
 }
 
+struct Extent {
+  double low = 0.0, high = 0.0;
+
+  double span() const noexcept { return high - low; }
+  bool like(const Extent& other) const noexcept {
+    constexpr double kExtentTolerance = 0.1;  // of the span; a coarser record misses peaks
+    const double most = kExtentTolerance * std::max(span(), other.span());
+    return std::abs(low - other.low) <= most && std::abs(high - other.high) <= most;
+  }
+};
+
+Extent extent_of(const std::vector<float>& x) {
+  const auto [low, high] = numeric::range_of(std::vector<double>(x.begin(), x.end()));
+  return {low, high};
+}
+
+// Samples of two records at the same times.
+struct Pairs {
+  std::vector<double> a, b;
+};
+
+// Pairs the samples of the coarser record with those of the other. `shift_s`: of b's clock.
+Pairs paired(const TimedLoop& coarse, const std::vector<float>& a, const TimedLoop& fine,
+             const std::vector<float>& b, double shift_s) {
+  Pairs out;
+  for (std::size_t k = 0; k < a.size(); ++k) {
+    const double at =
+        (coarse.first_s + static_cast<double>(k) * coarse.step_s - fine.first_s - shift_s) /
+        fine.step_s;
+    const double nearest = std::round(at);
+    if (nearest < 0.0 || nearest >= static_cast<double>(b.size()) || !std::isfinite(a[k])) continue;
+    const float other = b[static_cast<std::size_t>(nearest)];
+    if (!std::isfinite(other)) continue;
+    out.a.push_back(static_cast<double>(a[k]));
+    out.b.push_back(static_cast<double>(other));
+  }
+  return out;
+}
+
+bool same_values(const Pairs& pairs) {
+  const double mean = numeric::mean(pairs.a);
+  double error = 0.0;
+  double size = 0.0;
+  for (std::size_t k = 0; k < pairs.a.size(); ++k) {
+    error += (pairs.a[k] - pairs.b[k]) * (pairs.a[k] - pairs.b[k]);
+    size += (pairs.a[k] - mean) * (pairs.a[k] - mean);
+  }
+  return error <= kSameRecord * kSameRecord * size;
+}
+
+// Returns whether most moves are the same. Two loops with the same set points have different noise.
+bool same_moves(const Pairs& pairs) {
+  constexpr double kMostOfThem = 0.8;
+  constexpr double kLikeness = 0.5;  // of the median move
+  const std::size_t longest = std::max<std::size_t>(1, pairs.a.size() / 100);
+  for (std::size_t lag = 1; lag <= longest; lag *= 2) {
+    std::vector<double> sizes;
+    for (std::size_t k = lag; k < pairs.a.size(); ++k)
+      sizes.push_back(std::abs(pairs.a[k] - pairs.a[k - lag]));
+    const double usual = numeric::median(sizes);
+    if (!(usual > 0.0)) continue;  // a coarse converter: over a longer time
+    std::size_t same = 0;
+    for (std::size_t k = lag; k < pairs.a.size(); ++k) {
+      const double of_a = pairs.a[k] - pairs.a[k - lag];
+      const double of_b = pairs.b[k] - pairs.b[k - lag];
+      same += std::abs(of_a - of_b) <= kLikeness * usual ? 1U : 0U;
+    }
+    return static_cast<double>(same) >= kMostOfThem * static_cast<double>(sizes.size());
+  }
+  return false;
+}
+
+bool same_record(const TimedLoop& a, const TimedLoop& b) {
+  const bool a_is_coarse = a.step_s >= b.step_s;
+  const TimedLoop& coarse = a_is_coarse ? a : b;
+  const TimedLoop& fine = a_is_coarse ? b : a;
+  const auto end = [](const TimedLoop& loop) {
+    return loop.first_s + static_cast<double>(loop.pv.size() - 1) * loop.step_s;
+  };
+  std::vector<double> shifts;
+  if (coarse.clock && fine.clock) shifts.push_back(0.0);
+  // Without a clock, or with one of another zone: records of one length have one end.
+  if (std::abs((a.to_s - a.from_s) - (b.to_s - b.from_s)) <= coarse.step_s)
+    shifts.push_back(end(coarse) - end(fine));
+  for (const double shift_s : shifts) {
+    const Pairs pv = paired(coarse, coarse.pv, fine, fine.pv, shift_s);
+    if (pv.a.size() < kLeastOverlap || 2 * pv.a.size() < coarse.pv.size()) continue;
+    if (same_values(pv) && same_moves(pv) &&
+        same_values(paired(coarse, coarse.co, fine, fine.co, shift_s)))
+      return true;
+  }
+  return false;
+}
+
 // Two characters per value; 0 is a missing value.
 constexpr std::string_view kDigits =
     "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-_";
@@ -219,6 +314,37 @@ std::vector<Neighbours> find_neighbours(std::span<const TimedLoop> loops, unsign
   return found;
 }
 
+std::vector<std::size_t> find_duplicates(std::span<const TimedLoop> loops) {
+  std::vector<std::size_t> order(loops.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  const auto key = [&](std::size_t k) {
+    const TimedLoop& loop = loops[k];
+    return std::tuple(loop.from_s - loop.to_s, loop.step_s, loop.tag.size(),
+                      std::string_view(loop.tag));
+  };
+  std::sort(order.begin(), order.end(),
+            [&](std::size_t a, std::size_t b) { return key(a) < key(b); });
+  std::vector<std::pair<Extent, Extent>> extents;  // PV and CO
+  for (const TimedLoop& loop : loops) extents.emplace_back(extent_of(loop.pv), extent_of(loop.co));
+  std::vector<std::size_t> of(loops.size());
+  std::vector<std::size_t> originals;
+  for (const std::size_t k : order) {
+    of[k] = k;
+    if (extents[k].first.span() > 0.0) {
+      const auto same = std::find_if(originals.begin(), originals.end(), [&](std::size_t other) {
+        return extents[k].first.like(extents[other].first) &&
+               extents[k].second.like(extents[other].second) && same_record(loops[k], loops[other]);
+      });
+      if (same != originals.end()) {
+        of[k] = *same;
+        continue;
+      }
+    }
+    originals.push_back(k);
+  }
+  return of;
+}
+
 std::string follows_text(const std::vector<std::string>& tags) {
   return fmt::format("PV follows the moves of {}", fmt::join(tags, ", "));
 }
@@ -235,22 +361,36 @@ void name_neighbours(std::vector<json>& loops, unsigned threads) {
   std::vector<std::size_t> of;  // `loops`
   for (std::size_t k = 0; k < loops.size(); ++k) {
     loops[k]["pushed_by"] = nullptr;
+    loops[k]["duplicate_of"] = nullptr;
     if (!loops[k].contains("moves")) continue;
     timed.push_back(timed_loop(loops[k]));
     loops[k].erase("moves");
     of.push_back(k);
+  }
+  const std::vector<std::size_t> original = find_duplicates(timed);
+  for (std::size_t k = 0; k < timed.size(); ++k) {
+    if (original[k] != k) loops[of[k]]["duplicate_of"] = timed[original[k]].tag;
+  }
+  for (std::size_t k = timed.size(); k-- > 0;) {
+    if (original[k] == k) continue;
+    timed.erase(timed.begin() + static_cast<std::ptrdiff_t>(k));
+    of.erase(of.begin() + static_cast<std::ptrdiff_t>(k));
   }
   const std::vector<Neighbours> found = find_neighbours(timed, threads);
   for (std::size_t k = 0; k < found.size(); ++k) {
     if (!found[k].compared) continue;
     json& loop = loops[of[k]];
     std::vector<std::string> tags;
-    for (const PushedBy& by : found[k].pushed_by) tags.push_back(timed[by.source].tag);
+    std::vector<std::string> shown;
+    for (const PushedBy& by : found[k].pushed_by) {
+      tags.push_back(timed[by.source].tag);
+      shown.push_back(loops[of[by.source]].value("shown", tags.back()));
+    }
     loop["pushed_by"] = tags;
     if (tags.empty() || !is_cause(loop, found[k].pushed_by.front().push.main())) continue;
     loop["verdict"] = "other_cause";
     loop["cause"] = "neighbour";
-    loop["evidence"] = follows_text(tags);
+    loop["evidence"] = follows_text(shown);
   }
 }
 

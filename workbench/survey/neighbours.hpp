@@ -47,8 +47,18 @@ std::string follows_text(const std::vector<std::string>& tags);
 // Number of samples in a loop's result: 12 bits per value, 16 kB per loop.
 inline constexpr std::size_t kMovesKept = 4096;  // samples
 nlohmann::json moves_json(const record::Record& record, const record::ImportNotes& notes);
-// Removes the moves from the results and adds `pushed_by`: tags, or null if no other loop was
-// comparable. Adjusts verdict, cause and evidence if a neighbour is the cause.
+// Returns for each loop the loop with the same record, or itself. PV and CO are the same if they
+// differ by less than kSameRecord of their deviation from the mean, and if four fifths of PV's
+// moves, noise included, are the same. The copy is the shorter or coarser record, of equals the one
+// with the longer tag.
+inline constexpr double kSameRecord = 0.05;
+std::vector<std::size_t> find_duplicates(std::span<const TimedLoop> loops);
+
+// Removes the moves from the results and adds
+// - `pushed_by`: tags, or null if no other loop was comparable. Adjusts verdict, cause and evidence
+//   if a neighbour is the cause.
+// - `duplicate_of`: tag of the loop with the same record, or null.
+// Texts use the key `shown` of the loops.
 void name_neighbours(std::vector<nlohmann::json>& loops, unsigned threads);
 
 }  // namespace loopwarden::workbench

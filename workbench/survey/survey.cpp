@@ -25,7 +25,7 @@ using nlohmann::json;
 
 constexpr std::uint64_t kAtOnceBytes = 256ULL * 1024ULL * 1024ULL;  // of values in memory
 constexpr std::size_t kAtOnceLoops = 256;
-constexpr int kResultForm = 5;  // format of a loop's file; a file of another format is replaced
+constexpr int kResultForm = 6;  // format of a loop's file; a file of another format is replaced
 
 std::optional<json> read_json(const fs::path& path) {
   std::ifstream in(path);
@@ -153,7 +153,9 @@ void forget_others(const fs::path& folder, const std::set<fs::path>& wanted) {
 
 SurveyCount judge_all(const SurveyRun& run) {
   std::optional<Progress> looking(std::in_place, "survey: looking at files", 1000);
-  record::Importer importer({run.paths.begin(), run.paths.end()}, run.import, true,
+  record::ImportOptions import = run.import;
+  import.assume_order = true;  // verdicts do not depend on it
+  record::Importer importer({run.paths.begin(), run.paths.end()}, import, true,
                             [&looking](double share) { looking->update_share(share); });
   looking.reset();
   OutputFiles folders;
@@ -167,6 +169,7 @@ SurveyCount judge_all(const SurveyRun& run) {
   count.files = importer.files() + importer.problems().size();
   count.passed_over = importer.passed_over().size();
   count.said = importer.passed_over_text() + (count.passed_over > 0 ? "\n" : "");
+  for (const std::string& assumed : importer.assumed()) count.said += assumed + "\n";
   if (const std::string hint = importer.pairs_hint(); !hint.empty()) count.said += hint + "\n";
   count.rules = rules_text(importer, !run.import.rules.empty());
   count.exit_code = reading_exit_code(true, true, importer);
@@ -212,7 +215,8 @@ SurveyCount judge_all(const SurveyRun& run) {
 }
 
 json write_survey(const std::vector<fs::path>& folders, const fs::path& out,
-                  const fs::path& outcomes) {
+                  const SurveyReport& how) {
+  const fs::path& outcomes = how.outcomes;
   if (!outcomes.empty() && !fs::exists(outcomes))
     throw CommandError(kExitIo, fmt::format("{}: no such file", outcomes.string()));
   std::map<std::string, json> by_tag;
@@ -238,12 +242,16 @@ json write_survey(const std::vector<fs::path>& folders, const fs::path& out,
   }
   std::vector<json> loops;
   for (auto& [tag, loop] : by_tag) loops.push_back(std::move(loop));
-  json survey = join_survey(std::move(loops), std::move(failed),
-                            read_outcomes(outcomes.empty() ? out / kOutcomesFile : outcomes));
+  json survey =
+      join_survey(std::move(loops), std::move(failed),
+                  read_outcomes(outcomes.empty() ? out / kOutcomesFile : outcomes), how.site);
+  survey["worklist"] = worklist(survey, how.costs, how.weights);
+  survey["costs"] = costs_json(how.costs);
   OutputFiles files;
   files.make_folder(out);
   write_survey_pages(survey, out, files);
   for (json& loop : survey["loops"]) loop.erase("picture");
+  files.add(out / "worklist.csv", worklist_csv(survey.at("worklist")));
   files.add(out / "survey.csv", survey_csv(survey));
   files.add(out / "survey.json", survey.dump(1) + "\n");
   files.commit();

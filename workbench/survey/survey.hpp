@@ -4,6 +4,7 @@
 //
 //   OUT/loops/TAG-HASH.json    result of a loop; a resumed run judges only the missing loops
 //   OUT/failed.json            files and loops that could not be read, with reasons
+//   OUT/worklist.csv           orders, one per row
 //   OUT/survey.json .csv .html, pages/, assets/
 #pragma once
 
@@ -16,7 +17,9 @@
 #include "base/exit_code.hpp"
 #include "record/import/importer.hpp"
 #include "workbench/command_line/share.hpp"
+#include "workbench/survey/join.hpp"
 #include "workbench/survey/loop_result.hpp"
+#include "workbench/survey/worklist.hpp"
 
 namespace loopwarden::workbench {
 
@@ -48,10 +51,14 @@ struct SurveyCount {
 // Judges the loops without a result. Throws RecordError if a path is not readable, OutputError.
 SurveyCount judge_all(const SurveyRun& run);
 // Joins the loops of one or several folders that judge_all wrote. Returns the content of
-// survey.json. Throws CommandError if they can't be joined. `outcomes`: findings of fitters; empty:
-// outcomes.csv in `out`, if it exists.
+// survey.json. Throws CommandError if they can't be joined.
+struct SurveyReport {
+  std::filesystem::path outcomes{};  // findings of fitters; empty: outcomes.csv in `out`, if any
+  SiteSettings site{};
+  Costs costs{};
+  LoopWeights weights{};
+};
 nlohmann::json write_survey(const std::vector<std::filesystem::path>& folders,
-                            const std::filesystem::path& out,
-                            const std::filesystem::path& outcomes = {});
+                            const std::filesystem::path& out, const SurveyReport& how = {});
 
 }  // namespace loopwarden::workbench

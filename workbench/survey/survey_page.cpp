@@ -19,6 +19,7 @@
 #include "workbench/report/plot.hpp"
 #include "workbench/survey/assets.hpp"
 #include "workbench/survey/outcomes.hpp"
+#include "workbench/survey/worklist.hpp"
 #include "workbench/text/import_json.hpp"
 
 namespace loopwarden::workbench {
@@ -144,7 +145,7 @@ std::string head(const std::string& title, const std::string& assets) {
 
 std::string page_name(const json& loop) {
   return fmt::format("{:04}-{}.html", loop.at("rank").get<int>(),
-                     file_name_for(loop.at("tag").get<std::string>()));
+                     file_name_for(loop.at("shown").get<std::string>()));
 }
 
 // Returns "backlash, 2026-11-20"; empty: no fitter has answered.
@@ -161,6 +162,9 @@ std::string found_text(const json& loop) {
 // finding.
 std::string verdict_html(const json& judged) {
   std::string html = escaped(surveyed_verdict(judged));
+  if (judged.value("duplicate_of", json(nullptr)).is_string())
+    html += fmt::format("<div class=\"why\">{}</div>",
+                        escaped(judged.at("next").at("why").get<std::string>()));
   if (const std::string found = found_text(judged); !found.empty())
     html += fmt::format("<div class=\"why\">found: {}</div>", escaped(found));
   if (judged.at("reason").is_string()) {
@@ -171,17 +175,20 @@ std::string verdict_html(const json& judged) {
 }
 
 std::string counts_html(const json& survey, const std::map<std::string, int>& next) {
-  std::string html = "<ul class=\"counts\">";
-  for (const char* what :
-       {"repair", "test the valve", "tune", "look upstream", "look closer", "nothing"}) {
+  std::string html;
+  const auto count = [&](std::ptrdiff_t number, const char* what) {
+    if (number > 0) html += fmt::format("<li><b>{}</b>{}</li>", number, what);
+  };
+  for (const char* what : {"repair", "test the valve", "tune", "look upstream",
+                           "check the transmitter", "look closer", "nothing"}) {
     const auto at = next.find(what);
-    html += fmt::format("<li><b>{}</b>{}</li>", at == next.end() ? 0 : at->second, what);
+    count(at == next.end() ? 0 : at->second, what);
   }
   const json& failed = survey.at("failed");
   const auto skipped = std::count_if(failed.begin(), failed.end(), is_skipped);
-  return html +
-         fmt::format("<li><b>{}</b>without PV or CO</li><li><b>{}</b>could not be read</li></ul>\n",
-                     skipped, static_cast<std::ptrdiff_t>(failed.size()) - skipped);
+  count(skipped, "without PV or CO");
+  count(static_cast<std::ptrdiff_t>(failed.size()) - skipped, "could not be read");
+  return "<ul class=\"counts\">" + html + "</ul>\n";
 }
 
 std::string list_head() {
@@ -215,7 +222,7 @@ std::string list_row(const json& loop) {
       "<tr data-next=\"{}\"><td>{}</td><td class=\"text tag\"><a href=\"pages/{}\">{}</a></td><td "
       "class=\"text\">{}</td>",
       next, loop.at("rank").get<int>(), escaped(page_name(loop)),
-      tag_html(loop.at("tag").get<std::string>()), spark(loop.at("picture").at("pv")));
+      tag_html(loop.at("shown").get<std::string>()), spark(loop.at("picture").at("pv")));
   html += fmt::format("<td class=\"text verdict {}\">{}</td>",
                       loop.at("verdict").get<std::string>(), verdict_html(loop));
   html += number_cell(loop.at("probability"), 100.0, 2);
@@ -230,22 +237,29 @@ std::string list_row(const json& loop) {
   return html + fmt::format("<td class=\"text\">{}</td></tr>\n", next);
 }
 
-using PageNames = std::map<std::string, std::string>;  // by tag
+// Page and shown tag of each loop, by tag.
+struct LoopName {
+  std::string page, shown;
+};
+using LoopNames = std::map<std::string, LoopName>;
 
-std::string groups_html(const json& groups, const PageNames& pages) {
+std::string link_to(const LoopName& loop, const char* folder) {
+  return fmt::format("<a href=\"{}{}\">{}</a>", folder, escaped(loop.page), tag_html(loop.shown));
+}
+
+std::string groups_html(const json& groups, const LoopNames& names) {
   if (groups.empty()) return {};
   std::string html =
-      "<h2>Loops that oscillate together</h2>\n<p class=\"note\">The likely source is first. A "
-      "group is no finding: loops may oscillate at one period by "
-      "chance.</p>\n<table><thead><tr><th>Group</th><th>Period</th><th "
+      "<h2>Loops that oscillate together</h2>\n<p class=\"note\">A likely source is first and "
+      "bold if all loops of its group share a unit. A group is no finding: loops may oscillate at "
+      "one period by chance.</p>\n<table><thead><tr><th>Group</th><th>Period</th><th "
       "class=\"text\">Loops</th></tr></thead><tbody>\n";
   for (const json& group : groups) {
     std::string members;
     for (const json& member : group.at("loops")) {
-      const std::string tag = member.get<std::string>();
-      const std::string link =
-          fmt::format("<a href=\"pages/{}\">{}</a>", escaped(pages.at(tag)), tag_html(tag));
-      members += members.empty() ? "<b>" + link + "</b>" : ", " + link;
+      const std::string link = link_to(names.at(member.get<std::string>()), "pages/");
+      if (!members.empty()) members += ", ";
+      members += members.empty() && group.at("ordered").get<bool>() ? "<b>" + link + "</b>" : link;
     }
     html += fmt::format("<tr><td>{}</td><td>{}</td><td class=\"text\">{}</td></tr>\n",
                         group.at("group").get<int>(),
@@ -268,14 +282,122 @@ std::string failed_html(const json& failed) {
   return html + "</tbody></table>\n";
 }
 
-std::string list_page(const json& survey, const PageNames& pages) {
+const char* confidence_class(const json& order) {
+  return order.at("confidence") == "high"     ? "valve_effect"
+         : order.at("confidence") == "medium" ? "other_cause"
+                                              : "cant_tell";
+}
+
+std::string order_row(const json& order, const LoopNames& names) {
+  std::string also;
+  for (const json& tag : order.at("also_steadies"))
+    also += (also.empty() ? "" : ", ") + tag_html(tag.get<std::string>());
+  if (!also.empty()) also = "<div class=\"why\">also steadies " + also + "</div>";
+  std::string html = fmt::format(
+      "<tr><td>{}</td><td class=\"text action\">{}</td><td class=\"text tag\">{}{}</td>"
+      "<td class=\"text\">{}<div class=\"why\">{}</div></td>",
+      order.at("order").get<int>(), escaped(order.at("action").get<std::string>()),
+      link_to(names.at(order.at("source_tag").get<std::string>()), "pages/"), also,
+      escaped(order.at("finding").get<std::string>()),
+      escaped(order.at("text").get<std::string>()));
+  const auto cell = [&](const char* type, const char* label, const std::string& text) {
+    html += fmt::format("<td class=\"{}\" data-label=\"{}\">{}</td>", type, label, text);
+  };
+  cell("text", "Who", escaped(order.at("who").get<std::string>()));
+  cell("text", "Shutdown", order.at("shutdown").get<bool>() ? "yes" : "no");
+  cell("", "Minutes", fmt::format("{:g}", order.at("minutes").get<double>()));
+  cell("", "Saves per year",
+       saving_text(order) + " " + escaped(order.at("currency").get<std::string>()));
+  cell(confidence_class(order), "How sure", order.at("confidence").get<std::string>());
+  html += "</tr>\n";
+  return html;
+}
+
+std::string range_text(const json& range) {
+  return fmt::format("{:g} to {:g}", range[0].get<double>(), range[1].get<double>());
+}
+
+// The assumptions of minutes and savings.
+std::string costs_html(const json& costs) {
+  const std::string currency = escaped(costs.at("currency").get<std::string>());
+  std::string html = fmt::format(
+      "<h3>Assumptions</h3>\n<p class=\"note\">Savings are estimates from this table, not "
+      "measurements. It is from {}. A site replaces it with --costs.</p>\n<div "
+      "class=\"assumed\"><table><thead><tr><th class=\"text\">Loop</th><th>{} per year and % of "
+      "span (RMS)</th></tr></thead><tbody>\n",
+      costs.at("source") == "defaults" ? "the defaults"
+                                       : escaped(costs.at("source").get<std::string>()),
+      currency);
+  for (const auto& [kind, loss] : costs.at("loss").items())
+    html += fmt::format("<tr><td class=\"text\">{}</td><td>{}</td></tr>\n", kind, range_text(loss));
+  html +=
+      "</tbody></table>\n<table><thead><tr><th "
+      "class=\"text\">Order</th><th>removes</th></tr></thead><tbody>\n";
+  for (const auto& [key, work] : costs.at("work").items()) {
+    const json& removes = work.at("removes");
+    html += fmt::format("<tr><td class=\"text\">{}</td><td>{:g} to {:g} %</td></tr>\n",
+                        base::in_words(key), 100.0 * removes[0].get<double>(),
+                        100.0 * removes[1].get<double>());
+  }
+  const json& valve = costs.at("valve");
+  return html + fmt::format(
+                    "</tbody></table>\n<table><thead><tr><th class=\"text\">Valve and "
+                    "plant</th><th></th></tr></thead><tbody>\n"
+                    "<tr><td class=\"text\">overhaul of a valve</td><td>{:g} {}</td></tr>\n"
+                    "<tr><td class=\"text\">full strokes between two overhauls</td><td>{:g} to "
+                    "{:g}</td></tr>\n<tr><td class=\"text\">hours of operation per "
+                    "year</td><td>{:g}</td></tr>\n</tbody></table></div>\n",
+                    valve.at("overhaul").get<double>(), currency,
+                    valve.at("strokes")[0].get<double>(), valve.at("strokes")[1].get<double>(),
+                    costs.at("hours_per_year").get<double>());
+}
+
+// Returns "9 orders, 19.5 h of work; 3 of them need a shutdown".
+std::string orders_text(const json& orders) {
+  double minutes = 0.0;
+  std::size_t shutdowns = 0;
+  for (const json& order : orders) {
+    minutes += order.at("minutes").get<double>();
+    shutdowns += order.at("shutdown").get<bool>() ? 1U : 0U;
+  }
+  return fmt::format("{} order{}, {:.3g} h of work; {} with a shutdown", orders.size(),
+                     orders.size() == 1 ? "" : "s", minutes / 60.0, shutdowns);
+}
+
+// The first page of the report.
+std::string worklist_html(const json& survey, const LoopNames& names) {
+  const json& orders = survey.at("worklist");
+  const auto undecided =
+      std::count_if(survey.at("loops").begin(), survey.at("loops").end(), [](const json& loop) {
+        return loop.at("next").at("what") == "look closer" && loop.at("verdict") != "other_cause" &&
+               !loop.at("oscillating").get<bool>();
+      });
+  std::string html = fmt::format(
+      "<section class=\"worklist\"><h2>Work list</h2>\n<p>{}.{}</p>\n", orders_text(orders),
+      undecided == 0 ? std::string()
+                     : fmt::format(" {} undecided loop{} without an "
+                                   "oscillation: see the list of all "
+                                   "loops.",
+                                   undecided, undecided == 1 ? "" : "s"));
+  if (orders.empty()) return html + "</section>\n";
+  html +=
+      "<table class=\"orders\"><thead><tr><th>#</th><th class=\"text\">What</th><th "
+      "class=\"text\">Loop</th><th class=\"text\">Because</th><th class=\"text\">Who</th><th "
+      "class=\"text\">Shutdown</th><th>Minutes</th><th>Saves per year</th><th>How "
+      "sure</th></tr></thead><tbody>\n";
+  for (const json& order : orders) html += order_row(order, names);
+  return html + "</tbody></table>\n" + costs_html(survey.at("costs")) + "</section>\n";
+}
+
+std::string list_page(const json& survey, const LoopNames& pages) {
   std::map<std::string, int> next;
   for (const json& loop : survey.at("loops")) ++next[loop.at("next").at("what").get<std::string>()];
   std::string html = head("Survey", "assets/") + "</head><body>\n<h1>Survey</h1>\n";
   html += fmt::format(
-      "<p class=\"note\">{} loop{}, worst first. Each line links to its evidence.</p>\n",
+      "<p class=\"note\">{} loop{}. Each tag links to its evidence. The orders are in "
+      "worklist.csv, too.</p>\n",
       survey.at("loops").size(), survey.at("loops").size() == 1 ? "" : "s");
-  html += counts_html(survey, next);
+  html += counts_html(survey, next) + worklist_html(survey, pages) + "<h2>All loops</h2>\n";
   if (const std::string text = precision_text(survey.at("outcomes")); !text.empty())
     html += fmt::format("<p class=\"note\">{}.</p>\n", escaped(text));
   html +=
@@ -324,7 +446,7 @@ std::string size_rows(const json& loop) {
 }
 
 // Returns the other loops of its group, the likely source first.
-std::string group_row(const json& loop, const json& groups, const PageNames& pages) {
+std::string group_row(const json& loop, const json& groups, const LoopNames& names) {
   if (!loop.at("group").is_number()) return {};
   constexpr std::size_t kMost = 8;
   const json& members = groups.at(loop.at("group").get<std::size_t>() - 1).at("loops");
@@ -333,25 +455,23 @@ std::string group_row(const json& loop, const json& groups, const PageNames& pag
   for (const json& member : members) {
     const std::string tag = member.get<std::string>();
     if (member == loop.at("tag") || shown == kMost) continue;
-    html += fmt::format("{}<a href=\"{}\">{}</a>", shown++ > 0 ? ", " : "", escaped(pages.at(tag)),
-                        tag_html(tag));
+    html += (shown++ > 0 ? ", " : "") + link_to(names.at(tag), "");
   }
   if (members.size() - 1 > shown) html += fmt::format(" and {} more", members.size() - 1 - shown);
   // A loop whose own valve has a fault needs no other source.
   const bool own = loop.at("verdict") == "valve_effect";
-  if (loop.at("likely_source") != loop.at("tag") && !own)
-    html += ": look first at the first of them";
+  const json& source = loop.at("likely_source");
+  if (source.is_string() && source != loop.at("tag") && !own)
+    html += ": look first at " + link_to(names.at(source.get<std::string>()), "");
   return row_html("Swings like", html);
 }
 
 // Returns the loops that disturb it, strongest first.
-std::string pushed_row(const json& loop, const PageNames& pages) {
+std::string pushed_row(const json& loop, const LoopNames& names) {
   if (!loop.at("pushed_by").is_array()) return {};
   std::string html;
   for (const json& source : loop.at("pushed_by")) {
-    const std::string tag = source.get<std::string>();
-    html += fmt::format("{}<a href=\"{}\">{}</a>", html.empty() ? "" : ", ", escaped(pages.at(tag)),
-                        tag_html(tag));
+    html += (html.empty() ? "" : ", ") + link_to(names.at(source.get<std::string>()), "");
   }
   return row_html("Pushed by", html);
 }
@@ -367,11 +487,14 @@ std::string compression_row(const json& import) {
                             : std::string("; the loss is unknown")));
 }
 
-std::string facts_html(const json& loop, const json& groups, const PageNames& pages) {
-  std::string html = "<dl>" + row("Found", found_text(loop)) +
-                     row("Because", text_of_json(loop.at("evidence"))) +
-                     row("Against it", text_of_json(loop.at("against"))) +
-                     row("Next step to decide", text_of_json(loop.at("settle")));
+std::string facts_html(const json& loop, const json& groups, const LoopNames& pages) {
+  std::string html = "<dl>";
+  if (loop.at("shown") != loop.at("tag"))
+    html += row("Tag in the export", loop.at("tag").get<std::string>());
+  html += row("Area", text_of_json(loop.at("area"))) + row("Found", found_text(loop)) +
+          row("Because", text_of_json(loop.at("evidence"))) +
+          row("Against it", text_of_json(loop.at("against"))) +
+          row("Next step to decide", text_of_json(loop.at("settle")));
   if (loop.at("probability").is_number()) {
     html += row("Probability of a valve effect",
                 fmt::format("{:.0f} %", 100.0 * loop.at("probability").get<double>()));
@@ -458,8 +581,8 @@ std::string data_html(const json& loop) {
   return "<script type=\"application/json\" id=\"data\">" + text + "</script>\n";
 }
 
-std::string loop_page(const json& loop, const json& groups, const PageNames& pages) {
-  const std::string tag = loop.at("tag").get<std::string>();
+std::string loop_page(const json& loop, const json& groups, const LoopNames& pages) {
+  const std::string tag = loop.at("shown").get<std::string>();
   std::string html = head(tag, "../assets/") +
                      "<link rel=\"stylesheet\" href=\"../assets/uPlot.min.css\">\n</head><body>\n";
   html += fmt::format(
@@ -487,10 +610,11 @@ void write_survey_pages(const json& survey, const fs::path& out, OutputFiles& fi
   files.add(out / "assets/loop.js", kSurveyLoopScript);
   files.add(out / "assets/uPlot.min.css", kUplotStyle);
   files.add(out / "assets/uPlot.iife.min.js", kUplotScript);
-  PageNames pages;
+  LoopNames pages;
   std::set<std::string> written;
   for (const json& loop : survey.at("loops")) {
-    pages[loop.at("tag").get<std::string>()] = page_name(loop);
+    pages[loop.at("tag").get<std::string>()] = {page_name(loop),
+                                                loop.at("shown").get<std::string>()};
     written.insert(page_name(loop));
   }
   for (const json& loop : survey.at("loops")) {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "services/feed/values/foreign_edges.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "base/text.hpp"
@@ -34,6 +36,7 @@ std::string refusal_of(const sparkplug::Message& message) {
 ForeignEdges::ForeignEdges(const std::vector<MetricRule>& rules) {
   for (const MetricRule& rule : rules) {
     Edge& edge = edges_[{rule.group, rule.edge}];
+    edge.name = fmt::format("edge node {}/{}", rule.group, rule.edge);
     Metric metric;
     metric.newest.name = rule.name;
     metric.timeout_ms = rule.timeout_ms;
@@ -84,14 +87,24 @@ void ForeignEdges::take(const sparkplug::Topic& topic, std::string_view payload,
   for (const sparkplug::Message& one : ready) apply(edge, one, now_ms, values, complaint);
 }
 
+// Names the lost part in the bad values from index `first` on.
+void ForeignEdges::blame(Values& values, std::size_t first, std::string_view source) {
+  for (std::size_t i = first; i < values.size(); ++i) {
+    if (values[i].quality == Quality::bad) {
+      values[i].source = source.substr(0, FedValue::kLongestSource);
+    }
+  }
+}
+
 void ForeignEdges::apply(Edge& edge, const sparkplug::Message& message, std::int64_t now_ms,
                          Values& values, std::string& complaint) {
   const MessageType type = message.topic.type;
   if (type == MessageType::nbirth) node_born(edge, now_ms);
   if (type == MessageType::ndeath) {
     ++counts_.deaths;
+    const std::size_t first = values.size();
     for (auto& [name, device] : edge.devices) die(device, FedValue::Reason::death, values);
-    return;
+    return blame(values, first, edge.name);
   }
   const auto found = edge.devices.find(message.topic.device);
   if (found == edge.devices.end()) {
@@ -102,9 +115,12 @@ void ForeignEdges::apply(Edge& edge, const sparkplug::Message& message, std::int
   switch (type) {
     case MessageType::nbirth:
     case MessageType::dbirth: return born(found->second, message, values, complaint);
-    case MessageType::ddeath:
+    case MessageType::ddeath: {
       ++counts_.deaths;
-      return die(found->second, FedValue::Reason::death, values);
+      const std::size_t first = values.size();
+      die(found->second, FedValue::Reason::death, values);
+      return blame(values, first, fmt::format("{}, device {}", edge.name, found->first));
+    }
     default: return data(edge, found->second, message, values, complaint);
   }
 }
@@ -270,6 +286,7 @@ void ForeignEdges::look(std::int64_t now_ms, Values& values) {
   std::string unsaid;
   for (auto& [name, edge] : edges_) {
     std::vector<sparkplug::Message> ready;
+    const std::size_t first = values.size();
     if (edge.tracker.give_up_late(now_ms, ready)) {
       doubt_after_gap(edge, values);
       for (const sparkplug::Message& one : ready) apply(edge, one, now_ms, values, unsaid);
@@ -280,6 +297,15 @@ void ForeignEdges::look(std::int64_t now_ms, Values& values) {
       if (late) die(device, FedValue::Reason::death, values);
     }
     look_for_silence(edge, now_ms, values);
+    blame(values, first, edge.name);
+  }
+}
+
+void ForeignEdges::connected(std::int64_t now_ms) {
+  for (auto& [name, edge] : edges_) {
+    for (auto& [device_name, device] : edge.devices) {
+      if (!device.born) device.awaited_since_ms = now_ms;
+    }
   }
 }
 

@@ -65,6 +65,8 @@ class ForeignEdges {
             std::vector<protocol::FedValue>& values, std::string& complaint);
   // Appends the values whose timeout has passed.
   void look(std::int64_t now_ms, std::vector<protocol::FedValue>& values);
+  // The broker is there: edge nodes and devices without a birth are dead after kDeviceWaitMs.
+  void connected(std::int64_t now_ms);
   // The broker is away: births must arrive again. Appends bad values for all known values.
   void disconnected(std::vector<protocol::FedValue>& values);
 
@@ -91,6 +93,7 @@ class ForeignEdges {
     std::unordered_map<std::uint64_t, std::vector<Metric>*> by_alias;
   };
   struct Edge {
+    std::string name{};  // for people
     sparkplug::EdgeTracker tracker{};
     sparkplug::RebirthWait rebirth{};
     std::uint64_t missing = 0;              // as many as the values already reflect
@@ -113,6 +116,7 @@ class ForeignEdges {
   static void refuse(Edge& edge, const sparkplug::Topic& topic, Values& values);
   static void heard(Edge& edge, std::int64_t now_ms, Values& values);
   void look_for_silence(Edge& edge, std::int64_t now_ms, Values& values);
+  static void blame(Values& values, std::size_t first, std::string_view source);
   static void die(Device& device, protocol::FedValue::Reason reason, Values& values);
 
   std::map<EdgeName, Edge> edges_;

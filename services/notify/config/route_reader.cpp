@@ -87,6 +87,8 @@ Route read_route(MapReader& in, const std::vector<std::string>& channels) {
   Route route;
   route.loops = in.maybe_texts(
       "loops", "patterns of tags with * and ?, box for the box's own alarms; all if not given");
+  route.areas =
+      in.maybe_texts("areas", "areas with all their parts, such as Unit 2; all if not given");
   route.alarms = in.maybe_words("alarms", alarm_names(), "all if not given");
   read_changes(in, route);
   route.min_severity_percent = in.number(

@@ -48,6 +48,7 @@ Event event_of_reading(const AlarmReading& reading, const AlarmPicture& picture,
           .priority = reading.priority,
           .of_incident = !reading.incident.empty(),
           .why = reading.why,
+          .consequence = reading.consequence,
           .action = reading.action,
           .time_to_act = reading.time_to_act};
 }
@@ -70,6 +71,7 @@ void bring_up_to_date(Event& event, std::span<const AlarmReading> readings) {
   event.severity_percent = now->severity_percent;
   event.priority = now->priority;
   event.why = now->why;
+  event.consequence = now->consequence;
   event.action = now->action;
   event.time_to_act = now->time_to_act;
 }

@@ -28,6 +28,7 @@ struct AlarmReading {
   std::string area{};            // of the loop
   std::string priority{};
   std::string why{};  // explanation; empty: not explained
+  std::string consequence{};
   std::string action{};
   std::string time_to_act{};
   std::string incident_says{};  // the incident's name, and how sure its explanation is

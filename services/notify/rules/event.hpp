@@ -48,6 +48,7 @@ struct Event {
   std::string priority{};       // low, medium, high, critical; empty: not known
   bool of_incident = false;     // others may belong to the same one
   std::string why{};            // explanation, if there is one
+  std::string consequence{};    // of not acting; empty: as the guide
   std::string action{};         // what to do, as the loop's file has it; empty: as the guide
   std::string time_to_act{};
 

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "base/text.hpp"
 #include "model/alarm/box_alarms.hpp"
 
 namespace loopwarden::notify {
@@ -23,7 +24,16 @@ bool has_alarm(const Route& route, const std::string& alarm) {
          std::find(route.alarms.begin(), route.alarms.end(), alarm) != route.alarms.end();
 }
 
-bool has_loop(const Route& route, const std::string& loop) {
+// The box has no area: a route with areas has it only by name.
+bool has_area(const Route& route, const std::string& loop, const std::string& area) {
+  if (route.areas.empty()) return true;
+  if (loop == alarm::kBox) return !route.loops.empty();
+  return std::any_of(route.areas.begin(), route.areas.end(),
+                     [&](const auto& whole) { return base::is_in_area(area, whole); });
+}
+
+bool has_loop(const Route& route, const std::string& loop, const std::string& area) {
+  if (!has_area(route, loop, area)) return false;
   return route.loops.empty() ||
          std::any_of(route.loops.begin(), route.loops.end(), [&](const auto& pattern) {
            return fnmatch(pattern.c_str(), loop.c_str(), FNM_NOESCAPE) == 0;
@@ -34,7 +44,7 @@ bool has_loop(const Route& route, const std::string& loop) {
 // without it no loop is watched. The box does so as well, unless a route names it.
 bool concerns(const std::vector<Route>& routes, const Route& route, const Event& event) {
   if (!has_alarm(route, event.alarm)) return false;
-  if (event.loop.empty() || has_loop(route, event.loop)) return true;
+  if (event.loop.empty() || has_loop(route, event.loop, event.area)) return true;
   return event.loop == alarm::kBox && box_way(routes, event.alarm) != BoxWay::own;
 }
 
@@ -52,7 +62,7 @@ BoxWay box_way(const std::vector<Route>& routes, const std::string& alarm) {
   BoxWay way = BoxWay::none;
   for (const Route& route : routes) {
     if (!tells(route, Change::came) || !has_alarm(route, alarm)) continue;
-    const bool own = has_loop(route, alarm::kBox);
+    const bool own = has_loop(route, alarm::kBox, {});
     if (own && !route.logs_only) return BoxWay::own;
     if (!own && !route.logs_only) way = BoxWay::all;
     if (way == BoxWay::none) way = BoxWay::logs;

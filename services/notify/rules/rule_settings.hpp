@@ -24,6 +24,7 @@ struct Escalation {
 
 struct Route {
   std::vector<std::string> loops;   // patterns with * and ?; empty: all
+  std::vector<std::string> areas;   // paths, with all their parts; empty: all
   std::vector<std::string> alarms;  // names; empty: all
   std::array<bool, kRoutedChanges> changes{};
   double min_severity_percent = 0.0;  // alarms without a size pass

@@ -65,7 +65,10 @@ std::map<std::string, LoopWords> words_of(const protocol::Description& about) {
 }
 
 AlarmWords words_of(const protocol::Explained& told, const AlarmReading& reading) {
-  AlarmWords words{.action = one_line(told.action), .time_to_act = one_line(told.time_to_act)};
+  AlarmWords words{.why = one_line(told.alarm.about),
+                   .consequence = one_line(told.consequence),
+                   .action = one_line(told.action),
+                   .time_to_act = one_line(told.time_to_act)};
   // An alarm that joined an incident later has the explanation of the alarm that opened it.
   const std::int64_t since_ms =
       reading.incident.empty() ? told.alarm.raised_ms : reading.incident_ms;

@@ -24,6 +24,7 @@ std::map<std::string, LoopWords> words_of(const protocol::Description& about);
 // The texts that a person gets in addition to the alarm itself.
 struct AlarmWords {
   std::string why{};  // explanation of this alarm or its incident; empty: not explained
+  std::string consequence{};
   std::string action{};
   std::string time_to_act{};
 };

@@ -99,6 +99,7 @@ void Watcher::ask() {
     if (const auto known = words_.find(alarm.key); known != words_.end()) {
       const AlarmWords& words = known->second.words;
       alarm.why = words.why;
+      alarm.consequence = words.consequence;
       alarm.action = words.action;
       alarm.time_to_act = words.time_to_act;
     }

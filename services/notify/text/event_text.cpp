@@ -139,7 +139,7 @@ std::string details(const Event& event, const Sender& sender) {
     line("Size:", fmt::format("{:.1f} % of CO span", *event.severity_percent));
   }
   line("Cause:", said(event.why, guide.cause));
-  line("Consequence:", guide.consequence);
+  line("Consequence:", said(event.consequence, guide.consequence));
   line("Action:", said(event.action, guide.action));
   line("Respond within:", said(event.time_to_act, guide.time_to_act));
   return text;
@@ -191,11 +191,12 @@ std::string alarm_words(const std::string& alarm) {
       {"pv_low", "PV low"},
       {"pv_low_low", "PV far too low"},
       {"rate_of_change", "PV changes too fast"},
-      {"clock_stepped", "System clock changed"},
+      {"clock_stepped", "Clock of the box changed"},
       {"service_failed", "Service failed"},
       {"certificate_expires", "Certificate expires soon"},
       {"records_dropped", "Samples missing in records"},
-      {"disk_writes", "More disk writes than the budget"}};
+      {"disk_writes", "More disk writes than the budget"},
+      {"connection_lost", "Connection lost"}};
   const auto known = kWords.find(alarm);
   if (known != kWords.end() || alarm.empty()) return known == kWords.end() ? "" : known->second;
   std::string words = base::in_words(alarm);
@@ -266,6 +267,7 @@ json to_json(const Event& event) {
           {"priority", event.priority},
           {"of_incident", event.of_incident},
           {"why", event.why},
+          {"consequence", event.consequence},
           {"action", event.action},
           {"time_to_act", event.time_to_act}};
 }
@@ -287,6 +289,7 @@ Event event_from(const json& json) {
           .priority = json.value("priority", std::string()),
           .of_incident = json.value("of_incident", false),
           .why = json.value("why", std::string()),
+          .consequence = json.value("consequence", std::string()),
           .action = json.value("action", std::string()),
           .time_to_act = json.value("time_to_act", std::string())};
 }

@@ -9,7 +9,9 @@ const SERVER_OBJECT = "ns=0;i=2253"; // about the server itself
 const HIERARCHICAL = "i=33";
 const HAS_PROPERTY = "ns=0;i=46";
 const RESULT_ALL = 63;
-const COLUMNS = ["name", "node_id", "data_type", "unit", "low", "high", "description"];
+const COLUMNS = ["name", "node_id", "data_type", "unit", "low", "high", "description", "value"];
+const TEXTS = new Set([DataType.String, DataType.LocalizedText]);
+const isText = (type) => type?.namespace === 0 && TEXTS.has(type.value);
 
 const quoted = (text) => (/[",\r\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text);
 const asRow = (cells) => `${cells.map((cell) => quoted(String(cell ?? ""))).join(",")}\n`;
@@ -75,14 +77,21 @@ export async function browse(server, root, out) {
   ]);
   const values = (await readAll(server, asked)).map((one) => one.value?.value)[Symbol.iterator]();
   const next = () => values.next().value;
-  out.write(asRow(COLUMNS));
-  for (const { name, nodeId, unit, range } of variables) {
+  const rows = variables.map(({ name, nodeId, unit, range }) => {
     const type = next();
     const description = next();
     const units = unit ? next() : undefined;
     const limits = range ? next() : undefined;
-    const id = fromNodeId(nodeId, server.namespaces);
-    out.write(asRow([name, id, typeName(type, server.namespaces), units?.displayName?.text, limits?.low, limits?.high, description?.text]));
-  }
+    return { nodeId, type, cells: [name, fromNodeId(nodeId, server.namespaces), typeName(type, server.namespaces), units?.displayName?.text, limits?.low, limits?.high, description?.text] };
+  });
+  // The words of a mode show how the server writes them.
+  const texts = rows.filter(({ type }) => isText(type));
+  const now = await readAll(server, texts.map(({ nodeId }) => ({ nodeId, attributeId: AttributeIds.Value })));
+  texts.forEach(({ cells }, k) => {
+    const value = now[k].value?.value;
+    cells.push(typeof value === "object" ? value?.text : value);
+  });
+  out.write(asRow(COLUMNS));
+  for (const { cells } of rows) out.write(asRow(cells.length < COLUMNS.length ? [...cells, ""] : cells));
   return variables.length;
 }

@@ -16,6 +16,7 @@ export const KEYS = {
   user: { kind: "text", fallback: "", meaning: "account on the server, with read permission only; empty: anonymous" },
   password: { kind: "secret", fallback: "", meaning: "password of `user`: `credential`, a name of LoadCredential=, or `file`, a path; its first line is used" },
   runtime_directory: { kind: "path", fallback: "/run/loopwardend", meaning: "runtime directory of loopwardend, which contains feed.sock" },
+  feeder: { kind: "text", fallback: "", meaning: "name of this feeder in loopwardend.yaml; required if another feeder there has the same user" },
   state_directory: { kind: "path", fallback: "/var/lib/loopwarden-opcua", meaning: "directory of the own key and certificate and of trusted certificates" },
   publishing_interval: positive(0.05, 60, 1, "time between two messages of the server, which show that it is alive; at most a third of max_age of the loops"),
   sampling_interval: positive(0.01, 60, 1, "interval at which the server samples each node"),

@@ -10,6 +10,7 @@ const RECONNECT_S = { first: 0.5, longest: 10 };
 
 export class Feed {
   #path;
+  #feeder;
   #log;
   #socket = null;
   #full = false; // the daemon reads slower than values arrive
@@ -21,8 +22,10 @@ export class Feed {
   #timer;
   #said = "";
 
-  constructor(path, log) {
+  // feeder: its name for the daemon; empty: its user identifies it.
+  constructor(path, log, feeder = "") {
     this.#path = path;
+    this.#feeder = feeder;
     this.#log = log;
     this.#connect();
   }
@@ -80,6 +83,7 @@ export class Feed {
       connected = Date.now();
       [this.#socket, this.#full] = [socket, false];
       this.#waiting.clear();
+      if (this.#feeder) socket.write(`${JSON.stringify({ values: [], feeder: this.#feeder })}\n`);
       if (this.#newest.size > 0) this.#write([...this.#newest.values()]);
     });
     socket.on("drain", () => this.#drained());

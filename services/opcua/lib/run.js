@@ -18,7 +18,7 @@ export async function run(config, log, ended) {
   if (Date.parse(own.validTo) - Date.now() < WARN_OWN_DAYS * 86_400_000) {
     log.warn(`own certificate: expires on ${own.validTo}. Remove it: the next start makes a new one`);
   }
-  const feed = new Feed(path.join(config.runtime_directory, "feed.sock"), log);
+  const feed = new Feed(path.join(config.runtime_directory, "feed.sock"), log, config.feeder);
   const watch = new Watch(config, feed, log);
   let over = false;
   const end = ended.then(() => { over = true; });
@@ -38,6 +38,7 @@ export async function run(config, log, ended) {
       const text = error instanceof Untrusted || error instanceof Expired ? error.message : plainly(error);
       if (text !== said) log.error(`${config.url}: ${text}`);
       said = text;
+      watch.lost();
     } finally {
       await server?.close();
     }

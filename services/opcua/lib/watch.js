@@ -25,7 +25,7 @@ export class Watch {
   // The state of each name outlives a session.
   #states = new Map(); // name: {why, stamp, ours}; `ours`: the last value sent was bad, without the source's stamp
 
-  #ran = false;
+  #lost = false; // the daemon has been told that the server is lost
 
   constructor(config, feed, log) {
     [this.#config, this.#feed, this.#log] = [config, feed, log];
@@ -34,8 +34,7 @@ export class Watch {
 
   // Runs until the session is lost or `ended` resolves. Throws Error with the reason of the loss.
   async run(server, ended) {
-    if (this.#ran) this.#forget();
-    this.#ran = true;
+    this.#lost = false;
     const subscriptions = [];
     let heard = Date.now();
     const alive = (values) => {
@@ -185,14 +184,16 @@ export class Watch {
     state.why = why;
   }
 
-  // After a lost session the state of each value is unknown until the next one arrives.
-  #forget() {
-    this.#sendBad([...this.#states.keys()]);
+  // Without a session the state of each value is unknown until the next one arrives.
+  lost() {
+    if (this.#lost) return;
+    this.#lost = true;
+    this.#sendBad([...this.#states.keys()], { reason: "link", source: `server ${this.#config.url}` });
     for (const state of this.#states.values()) state.ours = true;
   }
 
-  #sendBad(names) {
-    this.#feed.send(names.map((name) => ({ name, value: null, time: null, quality: "bad" })));
+  #sendBad(names, why = {}) {
+    this.#feed.send(names.map((name) => ({ name, value: null, time: null, quality: "bad", ...why })));
   }
 
   #sayRefused(refused) {

@@ -155,6 +155,28 @@ TEST_CASE("a client that is no feeder is disconnected", "[watch][feed]") {
   CHECK_FALSE(bench.counters().connected);
 }
 
+TEST_CASE("feeders of one user name themselves in their first line", "[watch][feed]") {
+  Bench bench;
+  bench.server.reset();
+  bench.board.slot({"mqtt", "PV"});
+  bench.server.emplace(bench.path,
+                       std::vector<FeedServer::Right>{{"opcua", ::getuid()}, {"mqtt", ::getuid()}},
+                       std::nullopt, bench.board);
+  const Client mqtt(bench.path);
+  const Client opcua(bench.path);
+  mqtt.send(protocol::feed_sign_of_life("mqtt") + "\n" + line(1.5));
+  opcua.send(protocol::feed_sign_of_life("opcua") + "\n" + line(2.5));
+  bench.rounds();
+  CHECK(bench.value() == 2.5);
+  CHECK(bench.board.slot({"mqtt", "PV"}).newest.newest().sample.value == 1.5);
+  CHECK(bench.board.feeder("mqtt").counters().connected);
+  const Client unnamed(bench.path);
+  unnamed.send(line(9.0));
+  bench.rounds();
+  CHECK(unnamed.ended());
+  CHECK(bench.value() == 2.5);
+}
+
 TEST_CASE("a feeder that ends is not connected any more", "[watch][feed]") {
   Bench bench;
   {

@@ -105,14 +105,29 @@ TEST_CASE("a clock that is set is reported for ten minutes; a slewed one is not"
 TEST_CASE("feeders and services are named; without systemd no service is reported", "[box]") {
   HostJudge judge;
   BoxLook look = healthy(0);
-  look.lost_feeders = {"opcua", "mqtt"};
+  look.lost_feeders = {{.what = "opcua", .loops = {"FIC-101", "FIC-102"}}, {.what = "mqtt"}};
   look.failed_services = {"loopwarden-page.service"};
   const BoxReport report = judge.judge(look);
-  CHECK(why(report, BoxAlarm::feeder_lost) == "opcua, mqtt");
+  CHECK(why(report, BoxAlarm::feeder_lost) == "opcua: FIC-101, FIC-102; mqtt");
   CHECK(why(report, BoxAlarm::service_failed) == "loopwarden-page.service");
   HostJudge without_systemd;
   look.failed_services.reset();
   CHECK_FALSE(on(without_systemd.judge(look), BoxAlarm::service_failed));
+}
+
+TEST_CASE("a lost connection names its loops, at most eight", "[box]") {
+  HostJudge judge;
+  BoxLook look = healthy(0);
+  CHECK_FALSE(on(judge.judge(look), BoxAlarm::connection_lost));
+  host::LostConnection edge{.what = "edge node plant/e1 (mqtt)"};
+  for (int n = 101; n < 111; ++n) edge.loops.push_back("FIC-" + std::to_string(n));
+  look.lost_connections = {edge};
+  const BoxReport report = judge.judge(look);
+  CHECK(on(report, BoxAlarm::connection_lost));
+  CHECK(why(report, BoxAlarm::connection_lost) ==
+        "edge node plant/e1 (mqtt): FIC-101, FIC-102, FIC-103, FIC-104, FIC-105, FIC-106, FIC-107, "
+        "FIC-108 and 2 more loops");
+  CHECK_FALSE(report.output_behind);
 }
 
 TEST_CASE("a service that fails again and again is reported while it runs in between", "[box]") {

@@ -355,6 +355,7 @@ TEST_CASE(
                                 status.recorder.disk_wait_s = wait_s;
                                 return status;
                               },
+                          .lost_connections = [](double) { return host::LostConnections{}; },
                           .dropped = [&] { return dropped++; },
                           .failed_parts = [] { return std::vector<std::string>{}; },
                           .period = milliseconds(20)},

@@ -285,6 +285,42 @@ TEST_CASE("a latching process alarm stays until it is reset", "[monitor][alarm]"
   CHECK(alarms.alarm(K::not_normal_mode).state() == S::latched_unacknowledged);
 }
 
+TEST_CASE("behind a lost connection process alarms are suppressed, valve alarms are not",
+          "[monitor][alarm]") {
+  LoopAlarms alarms = healthy();
+  alarms.fit(K::source_lost);
+  alarms.fit(K::pv_high);
+  alarms.window_judged(1, with({{K::stiction, 5.0}}));
+  alarms.pv_lost(true);
+  alarms.behind_outage(true);
+  alarms.process_changed(2, one(K::source_lost, true));
+  alarms.process_changed(2, one(K::pv_high, true));
+  for (const K kind : {K::source_lost, K::pv_high}) {
+    CHECK(alarms.alarm(kind).state() == S::suppressed);
+    CHECK(alarms.alarm(kind).active());
+    CHECK(alarms.follows_outage(kind));
+  }
+  CHECK(alarms.alarm(K::stiction).state() == S::unacknowledged);
+  SECTION("an alarm that clears behind it needs no acknowledgement") {
+    alarms.process_changed(3, one(K::source_lost, false));
+    alarms.process_changed(3, one(K::pv_high, false));
+    alarms.behind_outage(false);
+    CHECK(alarms.alarm(K::source_lost).state() == S::normal);
+  }
+  SECTION("without the outage it is the loop's own") {
+    alarms.behind_outage(false);
+    CHECK(alarms.alarm(K::source_lost).state() == S::unacknowledged);
+  }
+}
+
+TEST_CASE("bad_pv of a watched loop never says that PV is not controlled", "[monitor][alarm]") {
+  const AlarmGuide guide = guide_of(K::bad_pv, true);
+  const std::string text = std::string(guide.cause) + guide.consequence + guide.time_to_act;
+  CHECK(text.find("controlled") == std::string::npos);
+  CHECK(text.find("safe_actions") == std::string::npos);
+  CHECK(std::string(guide_of(K::output_lost, true).cause) == guide_of(K::output_lost).cause);
+}
+
 TEST_CASE("process alarms have separate names, no size, and a guide", "[monitor][alarm]") {
   std::vector<std::string> names;
   for (const K kind : kProcessAlarms) {

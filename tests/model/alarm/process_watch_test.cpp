@@ -478,6 +478,28 @@ TEST_CASE("an open enable contact and a silent source are separate alarms", "[mo
   CHECK(loop.take() == Changes{{AlarmKind::bad_pv, true}, {AlarmKind::source_lost, true}});
 }
 
+TEST_CASE("a watched loop has 30 s for its first PV", "[monitor]") {
+  ProcessSettings settings{.limits = {}};
+  settings.at(AlarmKind::source_lost).fitted = true;
+  Loop loop(settings, false);
+  ProcessCycle awaited = with_bad_pv();
+  awaited.pv_silent = awaited.pv_awaited = true;
+  awaited.mode = Mode::fallback;
+  loop.run(awaited, 299 + kDelay);
+  CHECK(loop.take().empty());
+  SECTION("then it has lost its source") {
+    loop.run(awaited, 2);
+    CHECK(loop.take() == Changes{{AlarmKind::bad_pv, true},
+                                 {AlarmKind::not_normal_mode, true},
+                                 {AlarmKind::source_lost, true}});
+  }
+  SECTION("a first PV ends the wait") {
+    loop.run(healthy(), 1);
+    loop.run(with_bad_pv(), kDelay + 1);
+    CHECK(loop.take() == came(AlarmKind::bad_pv));
+  }
+}
+
 TEST_CASE("without a limit in the loop's file there is no limit alarm", "[monitor]") {
   Loop loop;
   ProcessCycle cycle = healthy();

@@ -167,8 +167,13 @@ TEST_CASE("values become bad and good again when broker, daemon and feeder stop 
   REQUIRE(rig.is("FIC-206", "pv", 1.0));
 
   rig.broker.kill();
-  CHECK(rig.is("FIC-205", "pv_reason", "stale"));
-  CHECK(rig.is("FIC-206", "pv_reason", "stale"));
+  CHECK(rig.is("FIC-205", "pv_reason", "link lost"));
+  CHECK(rig.is("FIC-206", "pv_reason", "link lost"));
+  // A daemon that starts without the broker is told so.
+  rig.daemon.signal(SIGKILL);
+  rig.daemon.wait_for_end();
+  rig.daemon.start();
+  CHECK(rig.is("FIC-205", "pv_reason", "link lost"));
   rig.edge.command("drop");
   rig.broker.start();
   // The birth was sent before or after the feeder returned. In both cases the feeder requests it.

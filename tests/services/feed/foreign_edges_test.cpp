@@ -149,11 +149,25 @@ TEST_CASE("the death of a device makes its values bad, and that of a node makes 
   edge.bd_seq = 3;
   dead = edge.say(MessageType::ndeath, "", {}, sparkplug::Types::sent);
   CHECK(dead.size() == 3);
-  for (const auto& [name, fed] : dead) CHECK(fed.quality == Quality::bad);
+  for (const auto& [name, fed] : dead) {
+    CHECK(fed.quality == Quality::bad);
+    CHECK(fed.source == "edge node g/e");
+  }
   CHECK(edge.edges.counts().deaths == 2);
   edge.bd_seq = 4;
   edge.node_birth();
   CHECK(edge.device_birth().at("PV").quality == Quality::good);
+}
+
+TEST_CASE("an edge node that is not born after the broker is there is dead", "[feed]") {
+  Foreign edge;
+  edge.edges.connected(edge.now_ms);
+  edge.now_ms += ForeignEdges::kDeviceWaitMs + 1;
+  const auto dead = edge.look();
+  REQUIRE(dead.contains("PV"));
+  CHECK(dead.at("PV").reason == FedValue::Reason::death);
+  CHECK(dead.at("PV").source == "edge node g/e");
+  CHECK(edge.look().empty());
 }
 
 TEST_CASE("after a node's new birth a device without a new birth is dead", "[feed]") {

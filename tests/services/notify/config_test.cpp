@@ -80,7 +80,7 @@ TEST_CASE("a file whose routes omit the box gives a warning", "[notify][config]"
   const std::string everybody = "- {channels: [log, mail]}";
   const std::string all =
       "disk_full, clock_stepped, feeder_lost, service_failed, "
-      "certificate_expires, records_dropped, disk_writes";
+      "certificate_expires, records_dropped, disk_writes, connection_lost";
   CHECK(said(with(everybody, "- {channels: [log, mail], loops: [\"FIC-*\"]}")) ==
         "notify.yaml:10:3: warning: routes: no route to people has the box's " + all +
             ": all routes report them. Name box in the `loops` of one\n");

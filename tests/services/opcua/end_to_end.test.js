@@ -34,10 +34,10 @@ test("browse prints the server's data about its tags", () => {
   const { status, stdout } = rig.run("browse");
   assert.equal(status, 0);
   const rows = stdout.trimEnd().split("\n");
-  assert.equal(rows[0], "name,node_id,data_type,unit,low,high,description");
+  assert.equal(rows[0], "name,node_id,data_type,unit,low,high,description,value");
   assert.equal(rows.length, 1 + 8);
-  assert.ok(rows.includes('FIC001.SP,nsu=urn:test:dcs;s=FIC001.SP,Double,m3/h,0,40,"Feed, ""wanted"""'));
-  assert.ok(rows.includes("FIC002.MODE,nsu=urn:test:dcs;s=FIC002.MODE,Int32,,,,"));
+  assert.ok(rows.includes('FIC001.SP,nsu=urn:test:dcs;s=FIC001.SP,Double,m3/h,0,40,"Feed, ""wanted""",'));
+  assert.ok(rows.includes("FIC002.MODE,nsu=urn:test:dcs;s=FIC002.MODE,Int32,,,,,"));
 });
 
 test("a wrong password is reported, and browse prints no variables", () => {
@@ -95,12 +95,13 @@ test("a session that the server drops is opened again without a restart", async 
   await eventually("its values arrive", async () => (await rig.loop("FIC001")).pv === 13.5);
 });
 
-test("values of a lost server are stale; it returns with a new certificate, other namespace indices and narrow limits", async () => {
+test("values of a lost server are bad, with its address; it returns with a new certificate, other namespace indices and narrow limits", async () => {
   const asked = await rig.server.order("requests");
   assert.ok(asked.CreateMonitoredItemsRequest > 0);
   for (const name of Object.keys(asked)) assert.doesNotMatch(name, /Write|Call|HistoryUpdate|AddNodes|DeleteNodes|AddReferences|DeleteReferences/);
   rig.server.kill();
-  await eventually("stale", () => reason("FIC001", "stale"));
+  await eventually("bad", () => reason("FIC001", "link lost"));
+  assert.match(rig.newest(PV).source, /^server opc\.tcp:/);
   assert.equal((await rig.loop("FIC001")).pv, null);
   // Simulates another certificate. The feeder waits, and continues only after the certificate is
   // trusted.
@@ -109,7 +110,7 @@ test("values of a lost server are stale; it returns with a new certificate, othe
   fs.mkdirSync(trusted);
   await rig.startServer("--first-namespace", "urn:test:other", "--most-per-call", "3", "--most-items", "5", "--sampling", "300", "--publishing", "600");
   await eventually("it is logged", () => rig.log.includes("the server's certificate is not trusted"));
-  assert.equal((await rig.loop("FIC001")).pv_reason, "stale");
+  assert.equal((await rig.loop("FIC001")).pv_reason, "link lost");
   fs.rmdirSync(trusted);
   fs.renameSync(`${trusted}.away`, trusted);
   await eventually("both are good", async () => await good("FIC001") && await good("FIC002"), 20);

@@ -17,7 +17,7 @@ std::vector<record::TagRule> rules_of(const char* text) {
   const auto rules = read_rules_text("r.yaml", text);
   INFO(config::to_text(rules.diagnostics));
   REQUIRE(rules);
-  return *rules;
+  return rules->rules;
 }
 
 FoundLoops found(const std::string& rows, const std::vector<record::TagRule>& rules = {}) {
@@ -71,8 +71,8 @@ TEST_CASE("names with signal endings are certainly a loop", "[discover]") {
     CHECK(loop.co_range.value == record::SignalRange{0.0, 100.0});
     CHECK(loop.co_range.guess.empty());
     // The list does not define the mode's numbers.
-    CHECK(loop.automatic.value == std::vector<double>{1.0});
-    CHECK(loop.manual.value == std::vector<double>{0.0});
+    CHECK(loop.automatic.value == std::vector<std::string>{"1"});
+    CHECK(loop.manual.value == std::vector<std::string>{"0"});
     CHECK_FALSE(loop.automatic.guess.empty());
   }
 }
@@ -170,6 +170,31 @@ TEST_CASE("tags outside loops are listed", "[discover]") {
                                                     "TI4.PV", "HS5", "FV6.OP"});
 }
 
+TEST_CASE("a mode that is text has words, in the case of its present value", "[discover]") {
+  const auto mode_of = [](const std::string& value) {
+    const TagList list = read_tag_list("t.csv",
+                                       "tag,data_type,unit,low,high,value\n"
+                                       "F1.PV,Double,m3/h,0,40,\nF1.OP,Double,%,0,100,\n"
+                                       "F1.MODE,String,,,," +
+                                           value + "\n");
+    const FoundLoops found = find_loops(list.tags, {});
+    REQUIRE(found.loops.size() == 1);
+    return found.loops[0];
+  };
+  const auto has = [](const Found<std::vector<std::string>>& words, const std::string& word) {
+    return std::find(words.value.begin(), words.value.end(), word) != words.value.end();
+  };
+  const FoundLoop upper = mode_of("CAS");
+  CHECK(has(upper.automatic, "CAS"));
+  CHECK(has(upper.automatic, "AUTO"));
+  CHECK(has(upper.manual, "MAN"));
+  CHECK(upper.automatic.guess.find("'CAS' now") != std::string::npos);
+  const FoundLoop mixed = mode_of("Man");
+  CHECK(has(mixed.automatic, "Auto"));
+  CHECK(has(mixed.manual, "Man"));
+  CHECK(mode_of("HAND 2").automatic.guess.find("add it") != std::string::npos);
+}
+
 TEST_CASE("the site's rules take precedence", "[discover][rules]") {
   const auto rules = rules_of(
       "rules:\n"
@@ -189,8 +214,8 @@ TEST_CASE("the site's rules take precedence", "[discover][rules]") {
   CHECK(loop.pv_range.value == record::SignalRange{1.0, 9.0});
   CHECK(loop.co_unit.value == "%");
   CHECK(guess(loop, Role::pv).empty());
-  CHECK(loop.automatic.value == std::vector<double>{2.0, 3.0});
-  CHECK(loop.manual.value == std::vector<double>{1.0});
+  CHECK(loop.automatic.value == std::vector<std::string>{"2", "3"});
+  CHECK(loop.manual.value == std::vector<std::string>{"1"});
   CHECK(loop.automatic.guess.empty());
   CHECK(all.loops[1].pv_unit.value == "bar");
   CHECK(all.loops[1].pv_range.value == record::SignalRange{0.0, 6.0});

@@ -23,8 +23,8 @@ FoundLoop whole_loop() {
   loop.pv_range = {record::SignalRange{-0.5, 1e9}, ""};
   loop.co_unit = {"%", "CO runs\rfrom 0 to 100"};
   loop.co_range = {record::SignalRange{0.0, 100.0}, ""};
-  loop.automatic = {{1.0, 3.0}, ""};
-  loop.manual = {{0.0}, ""};
+  loop.automatic = {{"1", "3"}, ""};
+  loop.manual = {{"0"}, ""};
   return loop;
 }
 
@@ -95,7 +95,7 @@ TEST_CASE("missing values are listed at the top, including values that check wou
                        "#   output.unit: unit of CO\n") == 0);
   CHECK_FALSE(as_read(open));
   FoundLoop clashing = whole_loop();
-  clashing.manual.value = {3.0};
+  clashing.manual.value = {"3"};
   const LoopFile refused = loop_file(clashing, {.feeder = "opcua", .source = "t"});
   REQUIRE(refused.missing.size() == 1);
   CHECK(refused.missing[0].find("io.mode.manual: 3 is in automatic") == 0);

@@ -69,19 +69,22 @@ TEST_CASE("errors of a list are reported by line and column", "[discover]") {
   CHECK(list.notes[2] == "t.csv:5: 'F.PV' is already in line 2, which is used");
 }
 
-TEST_CASE("the output of loopwarden-opcua browse is a tag list; its text nodes are left out",
+TEST_CASE("the output of loopwarden-opcua browse is a tag list; of its text nodes the modes",
           "[discover]") {
   const TagList list = read_tag_list("t.csv",
                                      "name,node_id,data_type,unit,low,high,description\n"
                                      "Area.FIC1.PV,nsu=urn:p;s=1,Double,m3/h,0,40,Feed\n"
                                      "Area.FIC1.MODE,nsu=urn:p;s=2,String,,,,\n"
+                                     "Area.FIC1.Name,nsu=urn:p;s=4,String,,,,\n"
                                      "Area.FIC1.OP,nsu=urn:p;i=3,nsu=urn:p;i=9,%,,,\n");
-  REQUIRE(list.tags.size() == 2);
+  REQUIRE(list.tags.size() == 3);
   CHECK(list.tags[0].name == "Area.FIC1.PV");
   CHECK(list.tags[0].node == "nsu=urn:p;s=1");
-  CHECK(list.tags[1].name == "Area.FIC1.OP");
+  CHECK(list.tags[1].is_text);
+  CHECK(list.tags[2].name == "Area.FIC1.OP");
   CHECK(list.notes ==
-        std::vector<std::string>{"t.csv: 1 tags are no numbers by their data_type: skipped"});
+        std::vector<std::string>{"t.csv: 1 tags are neither numbers nor a mode by their data_type: "
+                                 "skipped"});
 }
 
 TEST_CASE("a file is read in the usual encodings of exports", "[discover]") {
@@ -89,10 +92,10 @@ TEST_CASE("a file is read in the usual encodings of exports", "[discover]") {
   tests::write_file(folder / "t.csv",
                     "tag,unit\nF.PV,\xb0"
                     "C\n");  // Latin-1
-  CHECK(read_tag_list(folder / "t.csv").tags.at(0).unit ==
+  CHECK(read_tag_file(folder / "t.csv", "t.csv").tags.at(0).unit ==
         "\xc2\xb0"
         "C");
-  CHECK_THROWS(read_tag_list(folder / "none.csv"));
+  CHECK_THROWS(read_tag_file(folder / "none.csv", "none.csv"));
 }
 
 }  // namespace loopwarden::workbench::discover::tag_list_test

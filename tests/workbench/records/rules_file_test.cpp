@@ -19,22 +19,23 @@ TEST_CASE("the example of rules is accepted unchanged, and names every key", "[i
   INFO(config::to_text(rules.diagnostics));
   REQUIRE(rules);
   CHECK(rules.diagnostics.empty());
-  REQUIRE(rules->size() == 6);
+  REQUIRE(rules->rules.size() == 6);
+  CHECK(rules->tags.size() == 2);
   const auto loop_of = [&](const char* name) {
-    const auto ruled = record::rule_for(*rules, name);
+    const auto ruled = record::rule_for(rules->rules, name);
     return ruled ? ruled->loop : std::string();
   };
   CHECK(loop_of("21FT101") == "21FIC101");
   CHECK(loop_of("21FV101.CMD") == "21FIC101");
   CHECK(loop_of("21fic101.w") == "21FIC101");
-  CHECK((*rules)[0].kind == "flow");
-  CHECK((*rules)[0].range == record::SignalRange(0.0, 120.0));
-  CHECK((*rules)[1].role == Role::co);
-  REQUIRE((*rules)[3].mode_words);
-  CHECK((*rules)[3].mode_words->manual == std::vector<std::string>{"hnd", "1"});
-  CHECK_FALSE((*rules)[4].role);
-  CHECK((*rules)[5].unused);
-  CHECK((*rules)[0].place == file + ":5");
+  CHECK(rules->rules[0].kind == "flow");
+  CHECK(rules->rules[0].range == record::SignalRange(0.0, 120.0));
+  CHECK(rules->rules[1].role == Role::co);
+  REQUIRE(rules->rules[3].mode_words);
+  CHECK(rules->rules[3].mode_words->manual == std::vector<std::string>{"hnd", "1"});
+  CHECK_FALSE(rules->rules[4].role);
+  CHECK(rules->rules[5].unused);
+  CHECK(rules->rules[0].place == file + ":5");
   const std::string text = read_file(file);
   const config::KeyReference reference = workbench::describe_rules();
   for (const config::KeyDescription& key : reference.keys()) {
@@ -66,6 +67,13 @@ TEST_CASE("errors of rules are reported with their place", "[import][rules]") {
   CHECK_THAT(config::to_text(read_rules_text("r.yaml", "rule: []\n").diagnostics),
              Contains("did you mean 'rules'?"));
   CHECK_FALSE(read_rules_text("r.yaml", "rules: []\n"));
+  const auto tag_error = [](const std::string& tag) {
+    return config::to_text(read_rules_text("r.yaml", "tags:\n  - " + tag + "\n").diagnostics);
+  };
+  CHECK(tag_error("{match: \"dcs.*\", show: $1}").empty());
+  CHECK_THAT(tag_error("{match: \"dcs.*\", show: $2}"), Contains("one of the 1 of *, ?"));
+  CHECK_THAT(tag_error("{match: \"dcs.*\"}"), Contains("show, area and master"));
+  CHECK_THAT(tag_error("{match: \"dcs.*\", shown: $1}"), Contains("did you mean 'show'?"));
   CHECK_FALSE(read_rules_text("r.yaml", ""));
 }
 

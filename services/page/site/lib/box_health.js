@@ -18,7 +18,7 @@ export function warningsOf({daemon: d, loops, disk}, alarms, out, severe, time) 
   const add = (when, text, values = {}) => { if (when) list.push({text: fill(text, values), sign: 'low'}); };
   const lost = (d.feeders ?? []).filter((feeder) => !feeder.connected).map(({name}) => name);
   for (const line of its) {
-    const which = line.name === 'feeder_lost' && lost.length ? fill(t.which, {names: lost.join(', ')}) : '';
+    const named = line.alarms[0].about || (line.name === 'feeder_lost' ? lost.join(', ') : ''), which = named ? fill(t.which, {names: named}) : '';
     list.push({text: fill(t.alarm, {alarm: changeName(line.name), which, state: texts.alarmStates[line.state] ?? texts.alarmStates.other, time: time(line.raised_ms)}), sign: signOf(line.state, line.grave(severe)),
       href: `#/alarms/${BOX}/${encodeURIComponent(line.name)}`, since_ms: line.active ? line.raised_ms : null});
   }

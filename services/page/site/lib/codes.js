@@ -53,6 +53,14 @@ export function priority(alarm, severe_percent) {
   return typeof alarm.severity_percent === 'number' && alarm.severity_percent >= severe_percent ? 'high' : 'low';
 }
 
+export const PRIORITIES = ['critical', 'high', 'medium', 'low'];
+// The box's alarms for a lost connection, which stand for the alarms of the loops behind it.
+const OUTAGES = new Set(['connection_lost', 'feeder_lost']);
+export const behindOutage = (alarm) => alarm.active && alarm.consequence && OUTAGES.has(alarm.consequence_of);
+// States whose condition has cleared.
+const CLEARED = new Set(['returned_unacknowledged', 'latched_unacknowledged', 'latched_acknowledged']);
+export const cleared = (state) => CLEARED.has(state);
+
 // The word next to the sign, by priority: critical and high `now`, medium `soon`, low `plan`. A severe valve fault is `shift`.
 export const HASTES = ['now', 'shift', 'soon', 'plan'];
 export function haste(alarm, severe_percent) {

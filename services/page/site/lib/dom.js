@@ -55,6 +55,10 @@ export function foldingPanel(title, ...what) {
   return el('details', {class: 'panel folding', open: !matchMedia('(max-width: 700px)').matches}, el('summary', {}, el('h2', {}, title)), what);
 }
 
+// A time as the whole page writes it, whatever the browser's language.
+const TIME = String.raw`\d{4}-\d{2}-\d{2}([T ]\d{2}:\d{2}(:\d{2})?)?`;
+export const timeInput = (attributes) => el('input', {type: 'text', class: 'time', inputmode: 'numeric', autocomplete: 'off', placeholder: 'YYYY-MM-DD hh:mm', pattern: TIME, title: 'YYYY-MM-DD hh:mm:ss', ...attributes});
+
 export const unseen = (text) => el('span', {class: 'unseen'}, text);
 export const unit = (text) => (text ? el('span', {class: 'unit', title: text}, text) : null);
 

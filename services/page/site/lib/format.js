@@ -140,15 +140,15 @@ export class WallClock {
     const two = (n) => String(n).padStart(2, '0');
     return `UTC${minutes < 0 ? '−' : '+'}${two(Math.floor(Math.abs(minutes) / 60))}:${two(Math.abs(minutes) % 60)}`;
   }
-  // Returns UTC in ms for the text of an <input type=datetime-local> in this zone; NaN for an invalid time. In the hour that the end of summer
-  // time repeats, it returns one of both times.
+  // Returns UTC in ms for a date, or a date and time, in this zone; NaN for an invalid one. In the hour that the end of summer time repeats, it
+  // returns one of both times.
   fromInput(text) {
-    const local = Date.parse(`${text}Z`);
+    const [date, time = '00:00'] = text.trim().split(/[T ]/), local = Date.parse(`${date}T${time}Z`);
     if (Number.isNaN(local)) return NaN;
     const guess = local - this.offset_ms(local);
     return local - this.offset_ms(guess);
   }
   toInput(ms) {
-    return `${this.date(ms)}T${this.time(ms)}`;
+    return `${this.date(ms)} ${this.time(ms)}`;
   }
 }

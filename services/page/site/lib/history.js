@@ -100,6 +100,20 @@ export class Spark {
     this.step = null;
     ++this.version;
   }
+  // Returns whether steps before the newest one have no value.
+  get lacks() { return this.steps.some((value, k) => value === null && k < this.steps.length - 4); }
+  // Sets the steps without a value from a history. `now_ms`: end of the newest step; `pace`: of the plant's time.
+  fill({t, pv}, now_ms, pace = 1) {
+    const n = this.steps.length / 4, empty = new Set();
+    for (let k = 0; k < n - 1; ++k) if (this.steps[4 * k] === null) empty.add(k);
+    for (let row = 0; row < t.length; ++row) {
+      const k = n - 1 - Math.floor(pace * (now_ms - t[row]) / 1000 / this.step_s), value = pv[row];
+      if (!empty.has(k) || typeof value !== 'number') continue;
+      const [first, low, high] = this.steps.slice(4 * k, 4 * k + 3);
+      this.steps.splice(4 * k, 4, first ?? value, Math.min(low ?? value, value), Math.max(high ?? value, value), value);
+    }
+    ++this.version;
+  }
   // `time_s`: time of the plant, which is faster in an accelerated plant. The version changes with a new step or a new extreme: the strip must
   // then be redrawn.
   add(time_s, value) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Makes the lines that an operator sees: one line for an incident with its alarms, and one for each other alarm. Pure.
-import {BOX, HASTES, haste, priority, shown, waits} from './codes.js';
+import {BOX, HASTES, PRIORITIES, haste, priority, shown, waits} from './codes.js';
 
 // A line: loop, state, its subject (`incident` or `alarm`), and its alarms, newest first.
 function incidentLine(incident, alarms) {
@@ -14,6 +14,11 @@ function incidentLine(incident, alarms) {
 
 const alarmLine = (alarm) => ({loop: alarm.loop, alarm, alarms: [alarm], name: alarm.alarm, raised_ms: alarm.raised_ms, state: alarm.state,
   active: alarm.active, size: alarm.severity_percent, firstOut: alarm.first_out, grave: (severe) => priority(alarm, severe), haste: (severe) => haste(alarm, severe)});
+
+// Identifies a line in the list, also after its alarms have changed.
+export const keyOf = (line) => `${line.loop}\n${line.incident?.id ?? line.name}`;
+// The highest priority of its alarms; empty: not reported.
+export const priorityOf = (line) => PRIORITIES.find((one) => line.alarms.some((alarm) => alarm.priority === one)) ?? '';
 
 export function linesOf(alarms, incidents) {
   const seen = alarms.filter((alarm) => shown(alarm.state) || alarm.active), lines = [], told = new Set();

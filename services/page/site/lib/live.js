@@ -2,7 +2,7 @@
 // Live data of the box: one stream of server-sent events for all views. It reports when values become old, and
 // reconnects without user action.
 import {Spark} from './history.js';
-import {get, keepCsrf, onLost, post} from './api.js';
+import {get, keepCsrf, loopPath, onLost, post, query} from './api.js';
 import {person} from './person.js';
 
 const OLD_AFTER_MS = 1500; // checked each 250 ms, so it is noticed within two seconds
@@ -23,6 +23,7 @@ export class Live extends EventTarget {
   #source = null;
   #frame = 0;
   #fresh = new Set();
+  #filled = new Set(); // indexes of the loops whose steps were read from their records
   #moved = []; // for each loop, when its cycle last advanced
   #periods = [];
   #retry = 0;
@@ -150,7 +151,23 @@ export class Live extends EventTarget {
     const {step_s, pv} = await get('/api/sparklines');
     if (pv.length !== this.sparks.length) return;
     pv.forEach((steps, i) => { this.sparks[i].load(steps, step_s); });
+    this.#filled.clear();
+    this.#soon('sparks');
     this.#soon('overview');
+  }
+
+  // After a restart the server's steps are empty: reads those of loop i from its records, once.
+  async fillSpark(i) {
+    const spark = this.sparks[i], loop = this.describe?.loops[i], now_ms = this.overview?.now_ms;
+    if (!spark?.lacks || !loop?.recording || !now_ms || this.#filled.has(i)) return;
+    this.#filled.add(i);
+    const pace = this.describe.accelerate || 1, from_ms = Math.round(now_ms - 1000 * STEPS * spark.step_s / pace);
+    try {
+      spark.fill(await get(`${loopPath(loop.tag, 'history')}${query({from_ms, to_ms: Math.round(now_ms), points: 8 * STEPS})}`), now_ms, pace);
+      this.#soon('overview');
+    } catch {
+      // The strip stays as it is.
+    }
   }
 
   #take(o) {

@@ -59,7 +59,14 @@ export class Shell {
     return el('header', {class: 'head'},
       el('a', {class: 'brand', href: '#/', 'aria-label': texts.brand}, icon('valve'), el('span', {}, texts.brand)), this.host, this.note, this.link,
       el('span', {class: 'stretch'}), this.summary, this.bell.node,
-      el('span', {class: 'now'}, this.clock, this.zone), this.#theme(), this.user);
+      el('span', {class: 'now'}, this.clock, this.zone), this.#more());
+  }
+
+  // Theme and user; behind a button on a phone.
+  #more() {
+    const box = el('span', {class: 'more', id: 'more'}, this.#theme(), this.user);
+    const press = el('button', {type: 'button', class: 'plain square menu', 'aria-label': texts.head.menu, 'aria-expanded': 'false', 'aria-controls': 'more', click: () => press.setAttribute('aria-expanded', String(box.classList.toggle('open')))}, '⋯');
+    return el('span', {class: 'menu-box'}, press, box);
   }
 
   #theme() {

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // Describes in words the state of a loop and whether it acts on its valve. Pure: works on the daemon's columns, and on `stands`: per loop,
 // whether its cycle has stopped. An unknown state is never shown as normal.
-import {ALARM_KINDS, ALARM_STATES, FAULTS, FLAGS, MODES, NE107, named, priority, quality, shown, waits} from './codes.js';
+import {ALARM_KINDS, ALARM_STATES, FAULTS, FLAGS, MODES, NE107, cleared, named, priority, quality, shown, waits} from './codes.js';
 import {fixed} from './format.js';
 import {changeName, fill, texts} from '../texts.js';
 
 export function signOf(state, grave) {
   if (state === 'shelved') return 'shelved';
-  return state === 'returned_unacknowledged' || state === 'latched_acknowledged' ? 'gone' : grave;
+  return cleared(state) ? 'gone' : grave;
 }
 
 // No cycle of the loop has been reported yet; its cycle has stopped, so the last report is its former state.
@@ -16,20 +16,21 @@ const stands = (o, i) => Boolean(o.stands?.[i]);
 const CALM = new Set(['none', 'starting']);
 
 // Returns the displayed alarm of a loop: the one in the daemon's columns, with its size if `listed` has it.
-function alarmOf(o, i, listed, severe) {
+function alarmOf(o, i, listed, severe, incidentOf) {
   const state = named(ALARM_STATES, o.alarm[i]);
   if (!shown(state)) return null;
-  const kind = named(ALARM_KINDS, o.alarm_kind[i]), one = listed?.(kind);
-  return {state, name: changeName(kind), grave: priority(one ?? {alarm: kind}, severe), size: one?.severity_percent};
+  const kind = named(ALARM_KINDS, o.alarm_kind[i]), one = listed?.(kind), name = incidentOf?.(kind)?.name ?? kind;
+  return {state, name: changeName(name), grave: priority(one ?? {alarm: kind}, severe), size: name === kind ? one?.severity_percent : null};
 }
 
 function alarmLine({state, name, grave, size}) {
-  const look = waits(state) ? `${grave} waits` : state === 'acknowledged' ? `${grave} seen` : 'gone';
+  const look = cleared(state) ? `gone${waits(state) ? ' waits' : ''}` : waits(state) ? `${grave} waits` : state === 'acknowledged' ? `${grave} seen` : 'gone';
   return [`${name}${typeof size === 'number' ? ` ${fixed(size, 1)} %` : ''}, ${texts.alarmStates[state]}`, signOf(state, grave), look];
 }
 
-function freshState(o, i, {loop, listed, severe}) {
-  const fault = named(FAULTS, o.fault[i]), alarm = alarmOf(o, i, listed, severe);
+function freshState(o, i, {loop, listed, severe, outage, incidentOf}) {
+  const fault = named(FAULTS, o.fault[i]), alarm = alarmOf(o, i, listed, severe, incidentOf);
+  if (outage && !unknown(o, i) && quality(o.quality[i]) === 'bad') return [fill(texts.overview.behind, {alarm: changeName(outage)}), 'bad', 'soft'];
   if (!unknown(o, i) && !CALM.has(fault)) return [texts.faults[fault], 'bad', 'high'];
   if (alarm && alarm.state !== 'shelved') return alarmLine(alarm);
   if (unknown(o, i)) return [texts.notKnown, null, 'soft'];
@@ -42,7 +43,8 @@ function freshState(o, i, {loop, listed, severe}) {
   return loop?.control === 'elsewhere' ? [texts.acts.watched[0], null, 'soft'] : [texts.overview.calm, null, ''];
 }
 
-// Returns the state of a loop in one line: [words, sign, look]. `about`: loop; listed(kind), its alarm in the list; severe, %; stale: all
+// Returns the state of a loop in one line: [words, sign, look]. `about`: loop; listed(kind), its alarm in the list; incidentOf(kind), the incident that has it in the list; outage: the box's alarm
+// that stands for its lost connection; severe, %; stale: all
 // values are old, including the information that a cycle has stopped.
 export function stateOf(o, i, about = {}) {
   const [words, sign, look] = freshState(o, i, about);

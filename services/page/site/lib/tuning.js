@@ -33,6 +33,10 @@ export const firstChoice = ({rules, recommended}) => recommended ?? (rules.lengt
 // Active alarms of the loop's valve: with such an alarm no model is valid for the loop.
 export const sickness = (alarms, tag) => alarms.filter((alarm) => alarm.loop === tag && alarm.active && ofValve(alarm.alarm)).map(({alarm}) => alarm);
 
+// Returns whether an active alarm shows that the valve doesn't follow: gains can't correct it.
+const STICKS = new Set(['stiction', 'backlash', 'hysteresis']);
+export const sticks = (alarms, tag) => sickness(alarms, tag).some((alarm) => STICKS.has(alarm));
+
 // Returns the columns of the trend: responses with the gains in force and with those of `chosen`.
 export function answersOf({t, sp, rules}, chosen) {
   const now = rules[0], then = rules[chosen] ?? now;

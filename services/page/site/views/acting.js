@@ -111,13 +111,14 @@ function confirm(loop, q, value) {
   });
 }
 
-// Shows old and new gains again, then sets them. `after`: called when they are in force.
-export function tune(loop, old, wanted, after) {
+// Shows old and new gains again, then sets them. `after`: called when they are in force. `ms`: a maximum sensitivity that is too high, which
+// the user must confirm; null: it is not.
+export function tune(loop, old, wanted, after, ms = null) {
   const tt = texts.tuning, text = (gains) => GAINS.map((name) => `${name} ${gains[name]}`).join(', ');
   const was = el('span', {}, text(old)), author = el('span', {}), rows = facts([[t.tag, loop.tag], [tt.old, was], [t.author, author], [tt.new, el('strong', {}, text(wanted))]]);
   author.closest('.facts > div').hidden = true;
   ask({
-    title: t.confirmTitle, grave: true, label: fill(tt.set, {tag: loop.tag}), body: [el('p', {}, tt.confirm), rows],
+    title: t.confirmTitle, grave: true, label: fill(tt.set, {tag: loop.tag}), body: [el('p', {}, tt.confirm), rows, ms === null ? null : el('label', {class: 'choice trouble'}, el('input', {type: 'checkbox', name: 'margin', required: true}), Number.isFinite(ms) ? fill(tt.margin, {ms: fixed(ms, 1)}) : tt.unstable)],
     accept: async () => {
       let answer;
       try {
@@ -153,6 +154,27 @@ export function act(loop, alarm, action) {
       const answer = await post(loopPath(loop, 'alarms', alarm), body);
       const state = answer.alarm?.state;
       toast(answer.on_disk === false ? ta.notOnDisk : fill(ta.done, {...names, state: texts.alarmStates[state] ?? ''}));
+      live.dispatchEvent(new Event('acted'));
+    },
+  });
+}
+
+const NAMED = 8;
+// Acknowledges several lines of the list with one reason.
+export function acknowledgeLines(lines) {
+  const reason = el('input', {name: 'reason', maxlength: 200, autocomplete: 'off'}), more = lines.length - NAMED;
+  const named = lines.slice(0, NAMED).map((line) => el('li', {}, `${ownerName(line.loop)}: ${changeName(line.name)}`));
+  ask({
+    title: fill(ta.dialog.several, {n: lines.length}), label: ta.acknowledge,
+    body: [el('ul', {class: 'chosen-lines'}, named, more > 0 ? el('li', {}, fill(ta.andMore, {n: more})) : null), field(ta.reasonOptional, reason)],
+    accept: async (data) => {
+      const body = {action: 'acknowledge', reason: String(data.get('reason') ?? '')};
+      let onDisk = true;
+      for (const {loop, incident, alarm} of lines) {
+        const answer = await post(incident ? loopPath(loop, 'incidents', incident.id) : loopPath(loop, 'alarms', alarm.alarm), body);
+        onDisk &&= answer.on_disk !== false;
+      }
+      toast(onDisk ? fill(ta.doneSeveral, {n: lines.length}) : ta.notOnDisk);
       live.dispatchEvent(new Event('acted'));
     },
   });

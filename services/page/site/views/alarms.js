@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 // The list of alarms. For the selected one: its meaning, the required action, its cause, and the operator's buttons.
-import {actionsOf, ofValve, priority, waits} from '../lib/codes.js';
+import {PRIORITIES, actionsOf, cleared, ofValve, priority, waits} from '../lib/codes.js';
 import {Trend, loadPlotter} from '../lib/trend.js';
-import {arrangedAlarms} from '../lib/order.js';
-import {el, facts, icon, scroller, setAttribute, table} from '../lib/dom.js';
+import {arrangedAlarms, byTag} from '../lib/order.js';
+import {el, facts, icon, scroller, table} from '../lib/dom.js';
 import {count, duration, percent} from '../lib/format.js';
 import {get, loopPath} from '../lib/api.js';
-import {INCIDENT, linesOf, ofBox, ownerHref, partOf} from '../lib/incidents.js';
+import {INCIDENT, keyOf, linesOf, ofBox, ownerHref, partOf, priorityOf} from '../lib/incidents.js';
 import {live} from '../lib/live.js';
 import {meter} from '../lib/charts.js';
 import {wall} from '../lib/shell.js';
-import {acknowledgeIncident, act, operator} from './acting.js';
+import {acknowledgeIncident, acknowledgeLines, act, operator} from './acting.js';
 import {changeOf, whatOf} from './journal.js';
 import {alarmFigures} from './alarm_figures.js';
 import {explanationPart} from './loop_parts.js';
@@ -46,40 +46,118 @@ function acknowledgeButton(line) {
   return el('button', {type: 'button', 'aria-label': `${t.acknowledge}: ${ownerName(line.loop)}, ${name}`, click: press}, t.acknowledge);
 }
 
-// For alarms of the box the owner is shown once, and they have no size.
-function tableOf(caption, lines, chosen, ofLoops = true) {
-  const columns = [{head: t.state}, ofLoops && {head: t.loop}, {head: t.alarm, row: true}, ofLoops && {head: t.size, class: 'number'}, {head: t.raised, class: 'time'}].filter(Boolean);
-  const rowOf = (line) => {
-    const grave = line.grave(live.severe_percent);
-    return [[stateCell(line.state, grave), el('small', {}, texts.haste[line.haste(live.severe_percent)]), acknowledgeButton(line)], ofLoops && el('a', {href: ownerHref(line.loop)}, ownerName(line.loop)),
-      el('span', {}, el('a', {href: hrefOf(line.loop, partOf(line)), class: 'choose'}, nameOf(line.name)), line.firstOut ? el('span', {class: 'first-out'}, icon('first'), t.firstOut) : null,
-        line.alarms.length > 1 || line.alarms[0].alarm !== line.name ? raisedBy(line) : null),
-      ofLoops && (typeof line.size === 'number' ? sizeText(line.size) : ''), wall().dateTime(line.raised_ms)].filter((cell) => cell !== false);
-  };
-  const node = table(caption, columns, lines.map(rowOf), {captionHidden: true, class: 'lines as-cards alarms'});
-  node.querySelectorAll('tbody tr').forEach((row, i) => {
-    const line = lines[i], is = line.loop === chosen?.loop && (partOf(line) === chosen?.alarm || line.alarms.some((alarm) => alarm.alarm === chosen?.alarm));
-    row.classList.toggle('chosen', is);
-    setAttribute(row.querySelector('a.choose'), 'aria-current', is ? 'true' : null);
-  });
-  return scroller(caption, node);
+// Whether the condition is on has a shape of its own, so that it is seen in grey print too.
+function stateOfLine(line) {
+  const grave = line.grave(live.severe_percent), words = texts.alarmStates[line.state] ?? texts.alarmStates.other;
+  return el('span', {class: `state ${cleared(line.state) ? 'gone' : grave}${waits(line.state) ? ' waits' : ' seen'}`}, el('span', {class: 'sign'}, icon(signOf(line.state, grave))),
+    el('span', {class: line.active ? 'condition on' : 'condition off'}, line.active ? t.isActive : t.isCleared), el('span', {}, words.replace(/^cleared, /, '')));
 }
 
-// Alarms of the box are a separate group, which is open while one of them waits.
-const fold = {waiting: '', open: false}; // as the user left it, for the alarms that waited then
-function boxGroup(lines, chosen) {
-  if (!lines.length) return null;
-  const waiting = lines.filter((line) => waits(line.state)).map((line) => `${line.name} ${line.raised_ms}`).join();
-  if (fold.waiting !== waiting) Object.assign(fold, {waiting, open: waiting !== ''});
-  const words = lines.map((line) => `${nameOf(line.name)}, ${texts.alarmStates[line.state]}`).join('; ');
-  return el('details', {class: 'box-alarms', open: fold.open || chosen?.loop === lines[0].loop, toggle: (event) => { fold.open = event.target.open; }}, el('summary', {}, fill(t.ofBox, {alarms: words})),
-    tableOf(t.boxCaption, lines, chosen, false));
-}
+const areaOf = (line) => describedLoop(line.loop)?.area ?? '';
+const sourceOf = (line) => (ofBox(line) ? texts.box : describedLoop(line.loop)?.source ?? '');
+const RANKS = {
+  need: null, // as arrangedAlarms() has them
+  loop: (a, b) => byTag(ownerName(a.loop), ownerName(b.loop)), alarm: (a, b) => byTag(nameOf(a.name), nameOf(b.name)),
+  state: (a, b) => Number(b.active) - Number(a.active) || Number(waits(b.state)) - Number(waits(a.state)),
+  priority: (a, b) => PRIORITIES.indexOf(priorityOf(a)) - PRIORITIES.indexOf(priorityOf(b)), size: (a, b) => (b.size ?? -1) - (a.size ?? -1), raised: (a, b) => b.raised_ms - a.raised_ms,
+};
 
-function listOf(chosen) {
-  const lines = arrangedAlarms(linesOf(live.alarms, live.incidents), live.severe_percent), box = lines.filter(ofBox), loops = lines.filter((line) => !ofBox(line));
-  if (!lines.length) return [el('p', {class: 'nothing'}, live.stale ? texts.notKnownNow : live.alarmsKnown ? t.nothing : texts.loading)];
-  return [boxGroup(box, chosen), loops.length ? tableOf(t.caption, loops, chosen) : null].filter(Boolean);
+class AlarmList {
+  #selected = new Set(); // keys of waiting lines
+  #wish = {search: '', area: '', priority: '', source: '', sort: 'need', turned: false};
+  #choices = '';
+
+  constructor(scope) {
+    this.scope = scope;
+    this.rows = el('div', {class: 'told'});
+    this.search = el('input', {type: 'search', placeholder: t.searchHint, 'aria-label': t.search, input: () => this.#want({search: this.search.value})});
+    this.selects = Object.fromEntries(['area', 'priority', 'source'].map((name) => [name, el('select', {'aria-label': t.filter[name], change: (event) => this.#want({[name]: event.target.value})})]));
+    this.chosenCount = el('button', {type: 'button', class: 'main', hidden: true, click: () => acknowledgeLines(this.lines.filter((line) => this.#selected.has(keyOf(line))))});
+    this.node = el('section', {class: 'panel list'}, el('form', {class: 'tools', role: 'search', submit: (event) => event.preventDefault()}, this.search, Object.values(this.selects), el('span', {class: 'stretch'}), this.chosenCount),
+      this.rows, alarmFigures(scope));
+  }
+
+  #want(change) {
+    Object.assign(this.#wish, change);
+    this.show(this.chosen);
+  }
+
+  #fillSelects(lines) {
+    const values = {area: lines.map(areaOf), priority: PRIORITIES, source: lines.map(sourceOf)};
+    const key = JSON.stringify(values);
+    if (key === this.#choices) return;
+    this.#choices = key;
+    for (const [name, all] of Object.entries(values)) {
+      const wish = this.#wish[name], options = name === 'priority' ? all : [...new Set([...all, wish])].filter(Boolean).sort(byTag);
+      this.selects[name].replaceChildren(el('option', {value: ''}, t.filterAll[name]), ...options.map((value) => el('option', {value, selected: value === wish}, texts.design.priorities[value] ?? value)));
+      this.selects[name].hidden = !options.length;
+    }
+  }
+
+  // Returns the lines that the filters keep, in the chosen order.
+  #arranged(lines) {
+    const w = this.#wish, words = w.search.toLowerCase().split(/\s+/).filter(Boolean);
+    const text = (line) => [ownerName(line.loop), nameOf(line.name), describedLoop(line.loop)?.description, ...line.alarms.map(({about}) => about)].join(' ').toLowerCase();
+    const kept = arrangedAlarms(lines, live.severe_percent).filter((line) => (!w.area || areaOf(line) === w.area) && (!w.priority || priorityOf(line) === w.priority) &&
+      (!w.source || sourceOf(line) === w.source) && words.every((word) => text(line).includes(word)));
+    const rank = RANKS[w.sort];
+    return rank ? kept.sort((a, b) => (w.turned ? -1 : 1) * rank(a, b)) : kept;
+  }
+
+  #head(name, text) {
+    const {sort, turned} = this.#wish, on = sort === name, falling = ['state', 'size', 'raised'].includes(name);
+    const head = el('th', {scope: 'col', role: 'columnheader', class: {size: 'number', priority: 'haste', raised: 'time'}[name] ?? null, 'aria-sort': on ? (falling !== turned ? 'descending' : 'ascending') : null},
+      el('button', {type: 'button', class: 'sort', 'data-key': `sort ${name}`, click: () => this.#want(on && turned ? {sort: 'need', turned: false} : {sort: name, turned: on})}, text, el('span', {class: 'arrow', 'aria-hidden': 'true'})));
+    return head;
+  }
+
+  #select(keys, on) {
+    for (const key of keys) if (on) this.#selected.add(key); else this.#selected.delete(key);
+    this.show(this.chosen);
+  }
+
+  #box(keys, label) {
+    const on = keys.length > 0 && keys.every((key) => this.#selected.has(key));
+    return el('input', {type: 'checkbox', 'aria-label': label, 'data-key': `box ${keys.length === 1 ? keys[0] : 'all'}`, checked: on, change: (event) => this.#select(keys, event.target.checked)});
+  }
+
+  #row(line) {
+    const is = line.loop === this.chosen?.loop && (partOf(line) === this.chosen?.alarm || line.alarms.some(({alarm}) => alarm === this.chosen?.alarm));
+    const cell = (attributes, ...what) => el('td', {role: 'cell', ...attributes}, ...what), about = line.alarms[0].about, priority = priorityOf(line);
+    return el('tr', {role: 'row', class: `${is ? 'chosen' : ''}${line.active ? '' : ' off'}`},
+      mayAct() ? cell({class: 'pick'}, waits(line.state) ? this.#box([keyOf(line)], fill(t.select, {loop: ownerName(line.loop), alarm: nameOf(line.name)})) : '') : null,
+      cell({class: 'owner'}, el('a', {href: ownerHref(line.loop)}, ownerName(line.loop))),
+      el('th', {scope: 'row', role: 'rowheader', class: 'what'}, el('a', {href: hrefOf(line.loop, partOf(line)), class: 'choose', 'aria-current': is ? 'true' : null}, nameOf(line.name)), line.firstOut ? el('span', {class: 'first-out'}, icon('first'), t.firstOut) : null,
+        about ? el('small', {title: about}, about) : null, line.alarms.length > 1 || line.alarms[0].alarm !== line.name ? raisedBy(line) : null),
+      cell({}, stateOfLine(line)), cell({class: 'haste'}, el('span', {}, texts.design.priorities[priority] ?? priority), el('small', {}, texts.haste[line.haste(live.severe_percent)])),
+      cell({class: 'number', 'data-head': typeof line.size === 'number' ? t.size : null}, typeof line.size === 'number' ? sizeText(line.size) : ''), cell({class: 'time'}, wall().dateTime(line.raised_ms)),
+      mayAct() ? cell({class: 'press'}, acknowledgeButton(line)) : null);
+  }
+
+  #table(lines) {
+    const waiting = lines.filter((line) => waits(line.state)).map(keyOf);
+    const heads = [mayAct() ? el('th', {scope: 'col', role: 'columnheader', class: 'pick'}, this.#box(waiting, t.selectAll)) : null, this.#head('loop', t.loop), this.#head('alarm', t.alarm), this.#head('state', t.state),
+      this.#head('priority', texts.design.priority), this.#head('size', t.size), this.#head('raised', t.raised), mayAct() ? el('td', {role: 'cell'}) : null].filter(Boolean);
+    return scroller(t.caption, el('table', {role: 'table', class: 'lines as-cards alarms'}, el('caption', {class: 'unseen'}, t.caption),
+      el('thead', {role: 'rowgroup'}, el('tr', {role: 'row'}, heads)), el('tbody', {role: 'rowgroup'}, lines.map((line) => this.#row(line)))));
+  }
+
+  show(chosen) {
+    this.chosen = chosen;
+    const fresh = JSON.stringify([live.alarms, live.incidents, live.alarmsKnown, live.stale, live.session.can, chosen, live.describe?.alarms, live.describe?.loops, this.#wish, [...this.#selected]]);
+    if (fresh === this.key) return;
+    this.key = fresh;
+    const all = linesOf(live.alarms, live.incidents), active = document.activeElement, held = active?.dataset.key ?? active?.getAttribute('href');
+    this.#fillSelects(all);
+    this.lines = this.#arranged(all);
+    const open = new Set(this.lines.filter((line) => waits(line.state)).map(keyOf));
+    for (const key of this.#selected) if (!open.has(key)) this.#selected.delete(key);
+    this.chosenCount.hidden = !this.#selected.size;
+    this.chosenCount.textContent = fill(t.acknowledgeSeveral, {n: this.#selected.size});
+    const inside = this.rows.contains(active), nothing = !all.length ? (live.stale ? texts.notKnownNow : live.alarmsKnown ? t.nothing : texts.loading) : t.noMatch;
+    this.rows.replaceChildren(this.lines.length ? this.#table(this.lines) : el('p', {class: 'nothing'}, nothing));
+    if (inside && held) [...this.rows.querySelectorAll('a, button, input')].find((one) => (one.dataset.key ?? one.getAttribute('href')) === held)?.focus({preventScroll: true});
+  }
 }
 
 // Meaning and action of an alarm, as the daemon reports them.
@@ -213,7 +291,7 @@ class Detail {
       alarm.priority ? [texts.design.priority, texts.design.priorities[alarm.priority] ?? alarm.priority] : null, [t.raised, wall().dateTime(alarm.raised_ms)], [t.changed, wall().dateTime(alarm.changed_ms)], [t.times, count(alarm.times_raised)], flapsText(alarm) ? [t.flaps, flapsText(alarm)] : null,
       alarm.shelved_until_ms ? [texts.alarmStates.shelved, fill(t.until, {time: wall().dateTime(alarm.shelved_until_ms)})] : null]),
     alarm.consequence ? el('p', {}, fill(t.consequenceOf, {alarm: nameOf(alarm.consequence_of)})) : '', loop || ofBox(alarm) ? el('p', {}, el('a', {href: ownerHref(alarm.loop)}, loop ? t.open : t.openBox)) : '');
-    this.guide.replaceChildren(guideOf(e));
+    this.guide.replaceChildren(alarm.about ? el('p', {class: 'sentence'}, alarm.about) : '', guideOf(e));
     const id = e.evidence?.id ?? null;
     if (ofValve(alarm.alarm)) this.why.replaceChildren(el('h3', {}, t.explanation), e.explanation ? explanationPart(e.explanation, report?.id ?? null) : el('p', {class: 'soft'}, notExplained(loop)));
     const lines = e.history ?? [];
@@ -238,32 +316,25 @@ class Detail {
 }
 
 export function show(main, {parts}, scope) {
-  const rows = el('div', {class: 'told'}), list = el('section', {class: 'panel list'}, rows, alarmFigures(scope)), side = el('div', {class: 'side'});
-  let chosen = null, detail = null, inner = null, key = '';
-  const showList = () => {
-    const fresh = JSON.stringify([live.alarms, live.incidents, live.alarmsKnown, live.stale, live.session.can, chosen, live.describe?.alarms]);
-    if (fresh === key) return;
-    key = fresh;
-    const held = document.activeElement?.getAttribute?.('href'), inside = list.contains(document.activeElement);
-    rows.replaceChildren(...listOf(chosen));
-    if (inside && held) list.querySelector(`a[href="${CSS.escape(held)}"]`)?.focus({preventScroll: true});
-  };
+  const list = new AlarmList(scope), side = el('div', {class: 'side'});
+  let chosen = null, detail = null, inner = null;
   const choose = ([loop, alarm]) => {
     inner?.end();
     inner = null;
     chosen = loop && alarm ? {loop, alarm} : null;
     main.classList.toggle('chosen', Boolean(chosen));
-    showList();
-    if (!chosen) { side.replaceChildren(el('section', {class: 'panel detail'}, el('p', {class: 'nothing'}, t.pick))); return; }
+    list.show(chosen);
+    if (!chosen) { side.replaceChildren(); return; }
     inner = new (scope.constructor)();
     detail = new (chosen.alarm === INCIDENT ? IncidentDetail : Detail)(chosen, inner);
     side.replaceChildren(detail.node);
     // Evidence and explanation follow after the alarm without an event.
     inner.every(5000, () => detail.load());
   };
-  main.append(el('h1', {tabindex: -1}, t.title), el('div', {class: 'alarm-view'}, list, side));
+  main.append(el('h1', {tabindex: -1}, t.title), el('div', {class: 'alarm-view'}, list.node, side));
   choose(parts);
   scope.atEnd(() => { inner?.end(); main.classList.remove('chosen'); });
+  const showList = () => list.show(chosen);
   scope.on(live, 'alarms', () => { showList(); if (chosen) detail.load(); });
   scope.on(live, 'acted', () => { if (chosen) detail.load(); });
   scope.on(live, 'describe', showList);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-import {el, scroller, table} from '../lib/dom.js';
+import {el, scroller, table, timeInput} from '../lib/dom.js';
 import {field} from '../lib/dialog.js';
 import {get, query} from '../lib/api.js';
 import {live} from '../lib/live.js';
@@ -46,8 +46,8 @@ export async function show(main, {options}, scope) {
     field(t.search, el('input', {type: 'search', name: 'text', value: options.text})),
     field(t.loop, select('loop', loops, options.loop)),
     field(t.kind, select('kind', Object.entries(t.kinds), options.kind)),
-    field(`${t.from} (${wall().zone})`, el('input', {type: 'datetime-local', name: 'from', step: 1})),
-    field(`${t.to} (${wall().zone})`, el('input', {type: 'datetime-local', name: 'to', step: 1})),
+    field(`${t.from} (${wall().zone})`, timeInput({name: 'from'})),
+    field(`${t.to} (${wall().zone})`, timeInput({name: 'to'})),
     el('div', {class: 'buttons'}, el('button', {type: 'submit', class: 'main'}, t.apply), el('button', {type: 'reset'}, t.reset), csv));
   const list = el('div', {}, el('p', {class: 'nothing'}, texts.loading)), older = el('button', {hidden: true, click: () => more()}, t.older), trouble = el('p', {class: 'trouble', role: 'alert', hidden: true});
   main.append(el('h1', {tabindex: -1}, t.title), el('section', {class: 'panel'}, form), el('section', {class: 'panel'}, trouble, list, older));

@@ -7,7 +7,7 @@ import {bar, drawPhase} from '../lib/charts.js';
 import {curvesText} from '../lib/curves.js';
 import {byTag} from '../lib/order.js';
 import {decimalsFor, fixed, quantity} from '../lib/format.js';
-import {el, facts, foldingPanel, icon, setAttribute, setText, table, unseen} from '../lib/dom.js';
+import {el, facts, foldingPanel, icon, setAttribute, setText, table, timeInput, unseen} from '../lib/dom.js';
 import {extent, merged, trimmed} from '../lib/history.js';
 import {field} from '../lib/dialog.js';
 import {get, loopPath, query} from '../lib/api.js';
@@ -135,7 +135,7 @@ class LoopTrend extends FollowingTrend {
   }
 
   #jump() {
-    const from = el('input', {type: 'datetime-local', step: 1, required: true}), to = el('input', {type: 'datetime-local', step: 1, required: true});
+    const from = timeInput({required: true}), to = timeInput({required: true});
     const form = el('form', {class: 'filters', submit: (event) => {
       event.preventDefault();
       const span = [wall().fromInput(from.value), wall().fromInput(to.value)];

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Reports on a loop's record: the requested ones, and the form with which an engineer requests one.
 import {KINDS, atWork, sent, shown, told} from '../lib/asked.js';
-import {el, scroller, setText, table, unseen} from '../lib/dom.js';
+import {el, scroller, setText, table, timeInput, unseen} from '../lib/dom.js';
 import {field} from '../lib/dialog.js';
 import {get, loopPath, post} from '../lib/api.js';
 import {live} from '../lib/live.js';
@@ -34,7 +34,7 @@ export class LoopReports {
       const byLogIn = session.login && session.role !== 'engineer' && describe.page?.reports;
       return el('p', {class: 'soft small'}, byLogIn ? t.needsEngineer : t.off);
     }
-    const time = () => el('input', {type: 'datetime-local', step: 1, required: true, input: () => { this.#touched = true; }});
+    const time = () => timeInput({required: true, input: () => { this.#touched = true; }});
     this.kind = el('select', {change: () => setText(this.means, t.means[this.kind.value])}, KINDS.map((kind) => el('option', {value: kind}, t.kinds[kind])));
     this.means = el('p', {class: 'soft small'}, t.means[KINDS[0]]);
     this.from = time();

@@ -5,7 +5,7 @@ import {el, icon, setAttribute, setText, unit, unseen} from '../lib/dom.js';
 import {NONE, decimalsFor, fixed} from '../lib/format.js';
 import {live} from '../lib/live.js';
 import {recall, remember} from '../lib/memory.js';
-import {priority, waits} from '../lib/codes.js';
+import {behindOutage, priority, waits} from '../lib/codes.js';
 import {FILTERS, arranged, counts} from '../lib/order.js';
 import {draw} from '../lib/spark.js';
 import {modeOf, ne107Of, stateOf} from '../lib/state.js';
@@ -62,7 +62,8 @@ class Item {
     setText(this.mode, mode ? texts.modes[mode] : NONE);
     setAttribute(this.mode, 'class', mode && mode !== 'automatic' ? 'mode odd' : 'mode');
     const [words, sign, look] = stateOf(o, i, {loop, listed: (kind) => live.alarms.find((alarm) => alarm.loop === loop.tag && alarm.alarm === kind),
-      severe: live.severe_percent, stale: Boolean(live.stale)});
+      incidentOf: (kind) => live.incidents.find((incident) => incident.loop === loop.tag && incident.alarms.includes(kind)),
+      outage: live.alarms.find((alarm) => alarm.loop === loop.tag && behindOutage(alarm))?.consequence_of, severe: live.severe_percent, stale: Boolean(live.stale)});
     setText(this.words, words);
     if (this.signShown !== sign) {
       this.signShown = sign;
@@ -108,6 +109,7 @@ class Overview {
     scope.on(live, 'describe', () => this.#build());
     scope.on(live, 'overview', () => this.update());
     scope.on(live, 'alarms', () => this.update());
+    scope.on(live, 'sparks', () => { for (const node of this.visible) live.fillSpark(this.nodes.get(node)?.i); });
     scope.on(live, 'stale', () => this.update());
     scope.on(live, 'theme', () => { for (const item of this.items) item.drawn = ''; this.update(); });
     scope.on(window, 'beforeprint', () => { if (live.overview) for (const item of this.items) item.update(live.overview); });
@@ -191,7 +193,12 @@ class Overview {
       if (isIntersecting) this.visible.add(target); else this.visible.delete(target);
     }
     this.#measure();
-    if (live.overview) for (const {target, isIntersecting} of entries) if (isIntersecting) this.nodes.get(target)?.update(live.overview);
+    for (const {target, isIntersecting} of entries) {
+      const item = isIntersecting ? this.nodes.get(target) : null;
+      if (!item) continue;
+      live.fillSpark(item.i);
+      if (live.overview) item.update(live.overview);
+    }
   }
 
   // The order is updated once a second, because a list that changes constantly can't be read.

@@ -5,10 +5,10 @@ import {get, query} from '../lib/api.js';
 import {live} from '../lib/live.js';
 import {meter} from '../lib/charts.js';
 import {wall} from '../lib/shell.js';
-import {BOX} from '../lib/codes.js';
+import {BOX, waits} from '../lib/codes.js';
 import {changeOf} from './journal.js';
 import {setupsPart} from './setups.js';
-import {ofBox} from '../lib/incidents.js';
+import {linesOf, ofBox} from '../lib/incidents.js';
 import {outages} from '../lib/state.js';
 import {verdictOf, warningsOf} from '../lib/box_health.js';
 import {changeName, fill, texts} from '../texts.js';
@@ -66,8 +66,20 @@ function healthPart(answer, warnings) {
     return [el('p', {class: 'verdict bad'}, icon('bad'), since ? fill(t.notKnownSince, {time: wall().dateTime(since)}) : t.notKnown), answer?.daemon_state?.why ? el('p', {class: 'soft'}, answer.daemon_state.why) : null];
   }
   const [words, sign] = verdictOf(warnings, live.alarmsKnown && Boolean(live.overview), live.describe?.started_ms, (ms) => wall().dateTime(ms));
-  return [el('p', {class: 'verdict'}, icon(sign), words),
+  const waiting = linesOf(live.alarms, live.incidents).filter((line) => !ofBox(line) && waits(line.state)).length;
+  return [el('p', {class: 'verdict'}, icon(sign), words), waiting ? el('p', {}, el('a', {href: '#/alarms'}, fill(t.loopsWait, {n: waiting}))) : null,
     warnings.length ? el('ul', {class: 'warnings'}, warnings.map((one) => el('li', {}, icon(one.sign), one.href ? el('a', {href: one.href}, one.text) : one.text))) : null].filter(Boolean);
+}
+
+// Feeders and links, with the brokers, edge nodes and units that are lost behind them.
+function connectionsPart(connections, loops) {
+  const c = texts.connections, tagsOf = (name) => (live.describe?.loops ?? []).filter(({source}) => source === name).map(({tag}) => tag);
+  const columns = [{head: c.name, row: true}, {head: c.state}, {head: c.loops, class: 'number'}, {head: c.silent, class: 'number'}, {head: c.lost, class: 'words'}];
+  if (!connections.length) return el('p', {class: 'soft'}, loops.length ? c.none : texts.overview.empty);
+  return scroller(c.title, table(c.caption, columns, connections.map((one) => {
+    const bad = !one.up || one.lost.length > 0, words = one.up ? (bad ? c.partly : c.up) : c.down;
+    return [one.name, el('span', {class: `state ${bad ? 'high' : ''}`}, el('span', {class: 'sign'}, icon(bad ? 'bad' : 'ok')), el('span', {}, words)), el('span', {title: tagsOf(one.name).join(', ')}, count(one.loops)), count(one.silent_loops), one.lost.join(', ')];
+  }), {captionHidden: true, class: 'lines as-cards'}));
 }
 
 function counters(d, loops, page) {
@@ -87,6 +99,7 @@ function parts(answer, changes) {
   const d = answer?.daemon, loops = answer?.loops ?? [], c = d?.configuration ?? {}, disk = answer?.disk, connected = loops.filter(({io}) => io.connected).length;
   const warnings = d ? warningsOf(answer, live.alarms, live.overview && live.describe ? outages(live.overview, live.describe.loops) : [], live.severe_percent, (ms) => wall().dateTime(ms)) : [];
   return [
+    d ? el('div', {class: 'across'}, panel(texts.connections.title, connectionsPart(d.connections ?? [], loops))) : null,
     el('div', {class: 'wider stack'}, panel(t.health, ...healthPart(answer, warnings)), d ? panel(t.changes, changesPart(changes)) : null),
     answer?.setups?.length ? el('div', {class: 'across'}, panel(texts.setups.title, setupsPart(answer.setups))) : null,
     d ? panel(t.versions, facts([[t.started, `${wall().dateTime(live.describe?.started_ms)} (${fill(t.uptime, {long: duration(d.uptime_s)})})`],

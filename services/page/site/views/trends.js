@@ -5,14 +5,24 @@ import {MOST_CURVES, QUANTITIES, curvesIn, curvesText, joined, panesOf} from '..
 import {loadPlotter, swatch} from '../lib/trend.js';
 import {byTag} from '../lib/order.js';
 import {el, icon, setAttribute, setText} from '../lib/dom.js';
-import {field} from '../lib/dialog.js';
+import {ask, field} from '../lib/dialog.js';
 import {live} from '../lib/live.js';
+import {recall, remember} from '../lib/memory.js';
 import {mayNote} from '../lib/trend_notes.js';
 import {query} from '../lib/api.js';
 import {fill, texts} from '../texts.js';
 
 const t = texts.trends;
 const nameOf = (tag, quantity) => `${tag} ${texts.values[quantity]}`;
+const LAST = 'trend-curves', VIEWS = 'trend-views';
+// Saved views: the part of the address after the question mark, by name.
+const savedViews = () => {
+  try {
+    return JSON.parse(recall(VIEWS)) ?? {};
+  } catch {
+    return {};
+  }
+};
 const find = (tag) => live.describe?.loops[live.places.get(tag)];
 
 class Trends extends FollowingTrend {
@@ -21,28 +31,57 @@ class Trends extends FollowingTrend {
 
   constructor(main, options, scope, uPlot) {
     super(scope, uPlot, options, t.title);
-    this.chosenCurves = curvesIn(options.curves);
+    this.chosenCurves = curvesIn(options.curves ?? recall(LAST) ?? undefined);
     this.chosen = el('ul', {class: 'chosen-curves'});
     this.files = el('span', {class: 'buttons'});
-    main.append(el('h1', {tabindex: -1}, t.title), el('section', {class: 'panel trend'}, this.#adder(), this.chosen, this.tools, this.box, this.keys,
+    main.append(el('h1', {tabindex: -1}, t.title), el('section', {class: 'panel trend'}, this.#saved(), this.#adder(), this.#tags(), this.chosen, this.tools, this.box, this.keys,
       el('div', {class: 'under'}, this.note, el('span', {class: 'stretch'}), this.files), this.noted));
+    this.#rebuild();
+  }
+
+  // Views of this browser, by name.
+  #saved() {
+    const views = savedViews(), names = Object.keys(views).sort(byTag), open = el('select', {'aria-label': t.views, change: () => { if (open.value) location.hash = `#/trends?${views[open.value]}`; }},
+      el('option', {value: ''}, names.length ? t.open : t.noViews), names.map((name) => el('option', {value: name, selected: `#/trends?${views[name]}` === location.hash}, name)));
+    const keep = (change) => {
+      const all = savedViews();
+      change(all);
+      remember(VIEWS, JSON.stringify(all));
+      this.views.replaceWith(this.#saved());
+    };
+    const save = () => ask({title: t.save, label: t.save.replace(' …', ''), body: [field(t.viewName, el('input', {name: 'view', required: true, maxlength: 60, value: open.value, autocomplete: 'off'}))],
+      accept: async (data) => keep((all) => { all[String(data.get('view')).trim()] = location.hash.split('?')[1] ?? ''; })});
+    const drop = el('button', {type: 'button', hidden: !names.length, click: () => { if (open.value) keep((all) => { delete all[open.value]; }); }}, t.drop);
+    return this.views = el('div', {class: 'tools'}, open, el('button', {type: 'button', click: save}, t.save), drop);
+  }
+
+  // All loops by area; a press adds the quantity that is chosen above.
+  #tags() {
+    const areas = new Map();
+    for (const loop of [...live.describe.loops].sort((a, b) => byTag(a.tag, b.tag))) areas.set(loop.area || '', [...(areas.get(loop.area || '') ?? []), loop]);
+    const button = (loop) => el('li', {}, el('button', {type: 'button', class: 'chip-button', title: loop.description || null, click: () => this.#addCurve(loop.tag)}, loop.tag));
+    return el('details', {class: 'tag-list', open: !this.chosenCurves.length}, el('summary', {}, t.tags),
+      [...areas].sort(([a], [b]) => byTag(a, b)).map(([area, loops]) => [area ? el('h3', {}, area) : null, el('ul', {class: 'chips'}, loops.map(button))]).flat());
+  }
+
+  #addCurve(tag) {
+    const wish = curvesIn(`${tag.trim()}:${this.quantity.value}`)[0];
+    const wrong = this.chosenCurves.length >= MOST_CURVES ? t.full : !wish || !find(wish.tag) ? fill(t.noLoop, {tag}) : '';
+    this.trouble.textContent = wrong;
+    this.trouble.hidden = !wrong;
+    if (wrong) return;
+    this.chosenCurves = curvesIn(curvesText([...this.chosenCurves, wish]));
     this.#rebuild();
   }
 
   #adder() {
     const tags = live.describe.loops.map(({tag}) => tag).sort(byTag);
     const list = el('datalist', {id: 'trend-tags'}, tags.map((tag) => el('option', {value: tag})));
-    const tag = el('input', {list: 'trend-tags', required: true, autocomplete: 'off'}), quantity = el('select', {}, QUANTITIES.map((one) => el('option', {value: one}, texts.values[one])));
+    const tag = el('input', {list: 'trend-tags', required: true, autocomplete: 'off'}), quantity = this.quantity = el('select', {}, QUANTITIES.map((one) => el('option', {value: one}, texts.values[one])));
     this.trouble = el('p', {class: 'trouble', role: 'alert', hidden: true});
     const add = (event) => {
       event.preventDefault();
-      const wish = curvesIn(`${tag.value.trim()}:${quantity.value}`)[0];
-      const wrong = this.chosenCurves.length >= MOST_CURVES ? t.full : !wish || !find(wish.tag) ? fill(t.noLoop, {tag: tag.value}) : '';
-      this.trouble.textContent = wrong;
-      this.trouble.hidden = !wrong;
-      if (wrong) return;
-      this.chosenCurves = curvesIn(curvesText([...this.chosenCurves, wish]));
-      this.#rebuild();
+      this.#addCurve(tag.value);
     };
     return el('form', {class: 'adder', submit: add}, list, field(t.loop, tag), field(t.quantity, quantity), el('button', {type: 'submit'}, t.add), this.trouble);
   }
@@ -69,8 +108,9 @@ class Trends extends FollowingTrend {
     return this.#joined;
   }
 
-  // Stored in the address, which the browser keeps; no view is opened again.
+  // Stored in the address, so that it can be sent, and for the next time that trends are opened.
   async load() {
+    remember(LAST, curvesText(this.chosenCurves) || null);
     history.replaceState(null, '', `#/trends${query({curves: curvesText(this.chosenCurves), ...this.choice.address})}`);
     await super.load();
   }

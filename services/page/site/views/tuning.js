@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // A loop's gains: those in force, those of the file, and, for an engineer, the proposals of the rules and their effect.
-import {GAINS, against, answersOf, fileLines, firstChoice, gainUnits, integralTime, sameGains, sickness} from '../lib/tuning.js';
+import {GAINS, against, answersOf, fileLines, firstChoice, gainUnits, integralTime, sameGains, sickness, sticks} from '../lib/tuning.js';
 import {NONE, duration, fixed, percent, significant} from '../lib/format.js';
 import {Trend} from '../lib/trend.js';
 import {el, facts, icon, scroller, table} from '../lib/dom.js';
@@ -11,6 +11,7 @@ import {wall} from '../lib/shell.js';
 import {changeName, fill, texts} from '../texts.js';
 
 const t = texts.tuning;
+const MOST_MS = 2; // above it the loop has little margin: the user must confirm it
 const nameOf = (trial) => (trial.rule ? t.rules[trial.rule] ?? trial.rule : t.today);
 
 // The lines to paste, with a reminder that a restart drops values that are not in the file.
@@ -43,6 +44,11 @@ class Proposals {
   async load(change = {}) {
     Object.assign(this, change);
     const mine = ++this.asked;
+    if (sticks(live.alarms, this.loop.tag)) {
+      this.#clear(el('p', {class: 'sick', role: 'status'}, icon('high'), ' ', fill(t.sticks, {alarms: sickness(live.alarms, this.loop.tag).map(changeName).join(', ')})),
+        el('button', {type: 'button', click: () => this.load()}, texts.again));
+      return;
+    }
     this.#clear(el('p', {class: 'nothing', role: 'status'}, t.working));
     try {
       const answer = await get(loopPath(this.loop.tag, 'tuning') + query({model: this.model, form: this.form}), this.scope.signal);
@@ -123,7 +129,7 @@ class Proposals {
     this.trend.show(drawn, [0, drawn.t.at(-1)]);
     const old = answer.in_force.in_force;
     this.apply.replaceChildren(!trial || sameGains(trial.gains, old) ? el('p', {class: 'soft'}, t.nothing)
-      : el('button', {type: 'button', class: 'main', click: () => tune(loop, old, trial.gains, this.after)}, fill(t.apply, {rule: then})));
+      : el('button', {type: 'button', class: 'main', click: () => tune(loop, old, trial.gains, this.after, trial.sensitivity > MOST_MS || trial.sensitivity === null ? trial.sensitivity ?? Infinity : null)}, fill(t.apply, {rule: then})));
   }
 }
 

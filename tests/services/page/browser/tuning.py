@@ -46,6 +46,11 @@ def works(box, browser):
     words = browser.text("dialog")
     browser.check(TAG in words and f"kp {before['kp']}" in words, f"the confirmation has not tag and old gains: {words}")
     browser.check(gains(box)["in_force"] == before, "gains act before they are confirmed")
+    margin = browser.all("dialog input[name=margin]")
+    if margin:
+        browser.find("dialog button[type=submit]").click()
+        browser.check(browser.all("dialog") and gains(box)["in_force"] == before, "gains with little margin act without a confirmation")
+        margin[0].click()
     # Another client changes the gains meanwhile.
     box.ask({"request": "tune", "loop": TAG, "kp": 0.123, "ki": before["ki"], "kd": 0})
     browser.until(lambda: gains(box)["in_force"]["kp"] == 0.123, "another can't tune")
@@ -63,6 +68,14 @@ def works(box, browser):
     browser.until(lambda: "not in file" in browser.text(".loops").lower(), "the tile does not say it")
     browser.go(box, "journal")
     browser.until(lambda: any("gains" in row.text and "not in file" in row.text and "ella" in row.text for row in browser.all(".lines tbody tr")), "the journal does not say it")
+
+
+def not_for_a_sticking_valve(box, browser, tag):
+    browser.go(box, f"loop/{tag}")
+    browser.until(lambda: browser.all(".proposals > button"), "no button to propose gains")
+    browser.press(".proposals > button")
+    browser.until(lambda: "No gains are proposed" in browser.text(".proposals"), f"gains are proposed for a valve that sticks: {browser.text('.proposals')}")
+    browser.check(not proposed(browser), "gains are listed for a valve that sticks")
 
 
 def operators_look(box, browser):

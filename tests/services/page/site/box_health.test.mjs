@@ -24,7 +24,7 @@ test('an active alarm of the box is a warning, with its time and link', () => {
 
 test('a cleared alarm that waits is shown, and a shelved one is not', () => {
   const warnings = warned([alarm('clock_stepped', 'returned_unacknowledged'), alarm('disk_full', 'shelved')]);
-  assert.deepEqual(warnings.map(({text, sign}) => [text, sign]), [['System clock changed, cleared, unacknowledged, since at 2000', 'gone']]);
+  assert.deepEqual(warnings.map(({text, sign}) => [text, sign]), [['Clock of the box changed, cleared, unacknowledged, since at 2000', 'gone']]);
   assert.deepEqual(verdictOf(warnings, true, 0, time), ['1 warning.', 'low']);
 });
 
