@@ -9,6 +9,7 @@
 
 #include "model/effects/catalogue.hpp"
 #include "model/estimator/estimate.hpp"
+#include "model/estimator/judge_test.hpp"
 #include "model/gap/check.hpp"
 #include "model/gap/constants.hpp"
 #include "model/gap/controller.hpp"
@@ -759,6 +760,7 @@ class Workflow {
     }
     std::vector<estimator::Explanation> competing;
     std::vector<Probability> explanations;
+    std::vector<std::size_t> index;  // in found_.explanations
     for (const Probability& h : result_.posterior) {
       const auto same =
           std::find_if(found_.explanations.begin(), found_.explanations.end(),
@@ -767,11 +769,17 @@ class Workflow {
       competing.push_back(*same);
       competing.back().probability = h.probability;
       explanations.push_back(h);
+      index.push_back(static_cast<std::size_t>(same - found_.explanations.begin()));
       if (competing.size() == kMostCompeting) break;
     }
     if (competing.size() < 2) return;
     const control::PidSettings& pid = model_.controller.pid;
     const plant::TransmitterParameters& pv = model_.transmitter;
+    const double rest_s =
+        estimator::kRest * std::max(plant::answer_s(record_.model), record_.model.sample_time_s);
+    const auto judge = [&](const estimator::Observed& test) {
+      return estimator::among(found_.reweighted(test, rest_s).probability, index);
+    };
     const estimator::Planned planned =
         estimator::propose_test(competing,
                                 {.set_point = record_.sp.back(),
@@ -780,7 +788,8 @@ class Workflow {
                                  .outputs = {pid.output_low, pid.output_high},
                                  .noise_rms = found_.noise_rms,
                                  .disturbance = result_.load_intensity,
-                                 .law_error = found_.law_error},
+                                 .law_error = found_.law_error,
+                                 .judge = judge},
                                 parallel_);
     result_.why_no_test = planned.why_not;
     if (planned.plan) result_.next_test = {explanations, *planned.plan, planned.next};
