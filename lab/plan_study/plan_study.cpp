@@ -54,8 +54,8 @@ bool accepted(const hidden_cases::HiddenCase& one, const Names& names) {
   const auto in_names = [&](const std::string& name) {
     return std::find(names.begin(), names.end(), name) != names.end();
   };
-  const auto count = static_cast<std::size_t>(
-      std::count_if(one.accept.begin(), one.accept.end(), in_names));
+  const auto count =
+      static_cast<std::size_t>(std::count_if(one.accept.begin(), one.accept.end(), in_names));
   if (one.effect.find('+') == std::string::npos) return count > 0 && names.size() == 1;
   return count == one.accept.size() && names.size() == count;
 }
@@ -75,11 +75,11 @@ class Case {
     for (std::size_t i = 0; i < estimate_.explanations.size(); ++i) {
       const Explanation& e = estimate_.explanations[i];
       // As in gap: a hypothesis that adds effects to the chosen ones counts for them.
-      const bool adds = !chosen.empty() && e.effects.size() > chosen.size() &&
-                        std::all_of(chosen.begin(), chosen.end(), [&](const std::string& name) {
-                          return std::find(e.effects.begin(), e.effects.end(), name) !=
-                                 e.effects.end();
-                        });
+      const bool adds =
+          !chosen.empty() && e.effects.size() > chosen.size() &&
+          std::all_of(chosen.begin(), chosen.end(), [&](const std::string& name) {
+            return std::find(e.effects.begin(), e.effects.end(), name) != e.effects.end();
+          });
       if (adds || e.probability < estimator::kCompetes) continue;
       if (explanations_.size() == kMostCompeting) break;
       explanations_.push_back(e);
@@ -164,11 +164,18 @@ class Case {
              {"other", judged.other},
              {"likeliest_other", judged.likeliest_other},
              {"explained", judged.explained}};
-    const auto top = std::max_element(judged.probability.begin(), judged.probability.end());
-    const auto index = static_cast<std::size_t>(top - judged.probability.begin());
-    const bool right = accepted(one_, explanations_[index].effects);
-    out["decision"] = judged.decided < 0 ? "undecided" : right ? "right" : "wrong";
-    out["without_floor"] = *top < estimator::kDecides ? "undecided" : right ? "right" : "wrong";
+    // The estimator may find another name than those that competed.
+    Names found = judged.likeliest_other;
+    double probability = judged.other;
+    for (std::size_t i = 0; i < names.size(); ++i) {
+      if (judged.probability[i] <= probability) continue;
+      probability = judged.probability[i];
+      found = names[i];
+    }
+    const bool decides = probability >= estimator::kDecides;
+    const char* decision = accepted(one_, found) ? "right" : "wrong";
+    out["decision"] = decides && judged.explained ? decision : "undecided";
+    out["without_floor"] = decides ? decision : "undecided";
     return out;
   }
 
@@ -204,9 +211,10 @@ void print(const std::string& what, const Counts& c) {
   const auto percent = [&](std::size_t n) {
     return c.all() == 0 ? 0.0 : 100.0 * static_cast<double>(n) / static_cast<double>(c.all());
   };
-  fmt::print("  {:<44} {:3} of {:3} right ({:.0f} %), {} wrong ({:.0f} %), {} undecided; PV {:.2f} %\n",
-             what, c.right, c.all(), percent(c.right), c.wrong, percent(c.wrong), c.undecided,
-             10.0 * median(c.swing));
+  fmt::print(
+      "  {:<44} {:3} of {:3} right ({:.0f} %), {} wrong ({:.0f} %), {} undecided; PV {:.2f} %\n",
+      what, c.right, c.all(), percent(c.right), c.wrong, percent(c.wrong), c.undecided,
+      10.0 * median(c.swing));
 }
 
 }  // namespace
@@ -319,13 +327,12 @@ int print_table(const std::vector<std::string>& files, bool list) {
 Loop read_loop(const std::filesystem::path& folder) {
   const config::Loaded<plant::LoopModel> model = config::read_model_file(folder / "model.yaml");
   if (!model) throw std::runtime_error(config::to_text(model.diagnostics));
-  const gap::CheckedRecord checked =
-      gap::check(record::read_record(folder / "record.csv"), *model);
+  const gap::CheckedRecord checked = gap::check(record::read_record(folder / "record.csv"), *model);
   if (!checked.quality.usable) throw std::runtime_error(folder.string() + ": not usable");
-  Loop loop{{checked.record.period_s, checked.co, checked.pv, checked.measured}, checked.model, 0.0};
+  Loop loop{
+      {checked.record.period_s, checked.co, checked.pv, checked.measured}, checked.model, 0.0};
   loop.model.transmitter.resolution = model->transmitter.resolution;
-  loop.set_point = checked.record.has_sp() ? checked.record.sp.back()
-                                           : loop.observed.pv.back();
+  loop.set_point = checked.record.has_sp() ? checked.record.sp.back() : loop.observed.pv.back();
   return loop;
 }
 
@@ -338,9 +345,8 @@ std::string title(const std::vector<std::string>& effects) {
 estimator::TestStart start_of(const Loop& loop, const Estimate& e) {
   const control::PidSettings& pid = loop.model.controller.pid;
   const plant::TransmitterParameters& pv = loop.model.transmitter;
-  const auto chosen =
-      std::find_if(e.ranked.begin(), e.ranked.end(),
-                   [&](const estimator::Ranked& r) { return r.title == e.chosen; });
+  const auto chosen = std::find_if(e.ranked.begin(), e.ranked.end(),
+                                   [&](const estimator::Ranked& r) { return r.title == e.chosen; });
   return {.set_point = loop.set_point,
           .output = loop.observed.co.back(),
           .set_points = {pv.low, pv.high},
