@@ -9,6 +9,7 @@
 
 #include "model/effects/catalogue.hpp"
 #include "model/estimator/estimate.hpp"
+#include "model/estimator/judge_test.hpp"
 #include "model/gap/check.hpp"
 #include "model/gap/constants.hpp"
 #include "model/gap/controller.hpp"
@@ -758,20 +759,9 @@ class Workflow {
         !record_.record.has_sp()) {
       return;
     }
-    std::vector<estimator::Explanation> likely;
-    for (const Probability& h : result_.posterior) {
-      const auto same =
-          std::find_if(found_.explanations.begin(), found_.explanations.end(),
-                       [&](const estimator::Explanation& e) { return e.effects == h.effects; });
-      if (same == found_.explanations.end()) continue;
-      likely.push_back(*same);
-      likely.back().probability = h.probability;
-    }
     estimator::TestStart start = test_start(model_, record_.sp.back(), record_.co.back());
-    start.noise_rms = found_.noise_rms;
     start.disturbance = result_.load_intensity;
-    start.law_error = found_.law_error;
-    gap::plan_next_test(likely, start, parallel_, result_);
+    gap::plan_next_test(found_, result_.posterior, std::move(start), parallel_, result_);
   }
 
   const Taken& taken_;
