@@ -157,6 +157,7 @@ std::string TestSessions::why_in_rows(Test& test) const {
 
 void TestSessions::move(std::size_t loop, double to) {
   Test& test = *test_;
+  check_command(test);
   if (!test.why.empty()) throw RequestError("the test has ended: " + test.why);
   std::string why = why_beyond(test, to);
   if (!why.empty()) throw RequestError(why);

@@ -76,7 +76,7 @@ std::vector<std::string> cells(const RuleTrial& r) {
                             : ""};
 }
 
-const std::vector<std::string>& heads() {
+const std::vector<std::string>& rule_heads() {
   static const std::vector<std::string> names{"rule",        "kp",        "ki",        "kd",
                                               "gain margin", "phase deg", "Ms",        "rise s",
                                               "over %",      "settles s", "dist. IAE", ""};
@@ -108,7 +108,7 @@ void print_text(const plant::LoopModel& model, const std::vector<RuleTrial>& row
                c[1], c[2], c[3], c[4], c[5], c[6], c[7], c[8], c[9], c[10], c[11]);
   };
   fmt::print("\n");
-  line(heads());
+  line(rule_heads());
   for (const RuleTrial& row : rows) line(cells(row));
   fmt::print(
       "\nrise, overshoot and settling (2 %) of a set-point step; disturbance IAE: integral of |SP "
@@ -134,7 +134,7 @@ std::string page(const std::string& model_file, const std::vector<RuleTrial>& ro
     co.lines.push_back({rows[i].name(), chart_colour(i), t, rows[i].response.record.co});
   }
   std::string table = "<table><tr>";
-  for (const std::string& head : heads()) table += "<th>" + head + "</th>";
+  for (const std::string& head : rule_heads()) table += "<th>" + head + "</th>";
   table += "</tr>\n";
   for (const RuleTrial& row : rows) {
     table += "<tr>";

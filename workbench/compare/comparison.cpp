@@ -121,7 +121,7 @@ std::vector<std::string> faults_in(const std::vector<Outcome>& outcomes) {
   return names;
 }
 
-const std::vector<std::string>& heads() {
+const std::vector<std::string>& comparison_heads() {
   static const std::vector<std::string> names{"compensator", "falls %", "rises %",   "variability",
                                               "worst",       "error",   "amplitude", "period",
                                               "over %",      "travel",  "reversals"};
@@ -159,7 +159,7 @@ void print_text(const std::vector<Outcome>& outcomes, double pv_span, double est
       fmt::print("  {:<15} {:>7} {:>7} {:>11} {:>7} {:>6} {:>9} {:>7} {:>6} {:>8} {:>9}\n", c[0],
                  c[1], c[2], c[3], c[4], c[5], c[6], c[7], c[8], c[9], c[10]);
     };
-    row(heads());
+    row(comparison_heads());
     for (const Line& line : lines_of(outcomes, fault, pv_span)) row(cells(line));
   }
 }
@@ -264,7 +264,7 @@ void write_report(const ComparisonOptions& options, const std::vector<Outcome>& 
       options.estimate, summary);
   for (const std::string& fault : faults_in(outcomes)) {
     body += "<h2>" + escaped(fault) + "</h2>\n<table><tr>";
-    for (const std::string& head : heads()) body += "<th>" + head + "</th>";
+    for (const std::string& head : comparison_heads()) body += "<th>" + head + "</th>";
     body += "</tr>\n";
     for (const Line& line : lines_of(outcomes, fault, pv_span)) {
       body += "<tr>";

@@ -12,6 +12,7 @@
 
 #include "base/text.hpp"
 #include "workbench/files/command_error.hpp"
+#include "workbench/text/letters.hpp"
 
 namespace loopwarden::workbench::discover {
 namespace {

@@ -75,7 +75,12 @@ class TestSession {
     if (!there && (far || to == from_)) {
       protocol::CommissioningRequest request = of_session();
       request.move = to;
-      protocol::ask(daemon_, request);
+      try {
+        protocol::ask(daemon_, request);
+      } catch (const DaemonRefused& e) {
+        if (!is_later(e)) throw;
+        return;
+      }
       sent_ = to;
       told_ = steady_clock::now();
     } else if (steady_clock::now() - told_ > kBetweenSigns) {
@@ -94,6 +99,9 @@ class TestSession {
  private:
   static constexpr double kSpare_s = 60.0;  // of the loop's time
 
+  static bool is_later(const DaemonRefused& e) {
+    return std::string(e.what()).find("Try again") != std::string::npos;
+  }
   // The daemon refuses while its newest command is not on the disk.
   std::uint64_t begin(const protocol::CommissioningRequest& request) {
     const auto until = steady_clock::now() + std::chrono::seconds(5);
@@ -101,8 +109,7 @@ class TestSession {
       try {
         return protocol::ask(daemon_, request).session;
       } catch (const DaemonRefused& e) {
-        const bool later = std::string(e.what()).find("Try again") != std::string::npos;
-        if (!later || steady_clock::now() > until) throw;
+        if (!is_later(e) || steady_clock::now() > until) throw;
       }
       std::this_thread::sleep_for(std::chrono::milliseconds(100));
     }

@@ -16,6 +16,7 @@
 #include "workbench/survey/outcomes.hpp"
 #include "workbench/survey/survey_page.hpp"
 #include "workbench/text/csv_text.hpp"
+#include "workbench/text/letters.hpp"
 
 namespace loopwarden::workbench {
 namespace {
@@ -46,7 +47,6 @@ std::optional<double> order_of(const std::string& text) {
 }
 
 bool is_capital(char c) noexcept { return c >= 'A' && c <= 'Z'; }
-bool is_digit(char c) noexcept { return c >= '0' && c <= '9'; }
 
 // Returns the position of the function letters, the last of several.
 std::optional<std::pair<std::size_t, std::size_t>> function_letters(std::string_view tag) {

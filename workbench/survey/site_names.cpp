@@ -8,6 +8,7 @@
 #include "base/text.hpp"
 #include "record/import/time_text.hpp"
 #include "workbench/survey/changes.hpp"
+#include "workbench/text/letters.hpp"
 
 namespace loopwarden::workbench {
 namespace {
@@ -16,7 +17,6 @@ using nlohmann::json;
 
 constexpr std::string_view kBetween = "/\\:.]";
 
-bool is_letter(char c) noexcept { return (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z'); }
 bool is_figure(char c) noexcept { return c >= '0' && c <= '9'; }
 
 // Returns whether the part has the function letters of a controller and a number.

@@ -196,21 +196,21 @@ std::string list_head() {
     const char* name;
     const char* type;
   };
-  constexpr std::array kColumns{Heading{"#", ""},
-                                Heading{"Loop", "text"},
-                                Heading{"PV", "text"},
-                                Heading{"Verdict", "text"},
-                                Heading{"Valve %", "wide"},
-                                Heading{"Period", "wide"},
-                                Heading{"Group", "wide"},
-                                Heading{"Automatic %", "wide"},
-                                Heading{"At limit %", "wide"},
-                                Heading{"Variability", "wide"},
-                                Heading{"Travel /h", "wide"},
-                                Heading{"Since", "text wide"},
-                                Heading{"Next", "text"}};
+  constexpr std::array kHeadings{Heading{"#", ""},
+                                 Heading{"Loop", "text"},
+                                 Heading{"PV", "text"},
+                                 Heading{"Verdict", "text"},
+                                 Heading{"Valve %", "wide"},
+                                 Heading{"Period", "wide"},
+                                 Heading{"Group", "wide"},
+                                 Heading{"Automatic %", "wide"},
+                                 Heading{"At limit %", "wide"},
+                                 Heading{"Variability", "wide"},
+                                 Heading{"Travel /h", "wide"},
+                                 Heading{"Since", "text wide"},
+                                 Heading{"Next", "text"}};
   std::string html = "<table class=\"loops\"><thead><tr>";
-  for (const Heading& c : kColumns) {
+  for (const Heading& c : kHeadings) {
     html += fmt::format("<th class=\"{}\"><button>{}</button></th>", c.type, c.name);
   }
   return html + "</tr></thead><tbody>\n";

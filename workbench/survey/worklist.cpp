@@ -221,15 +221,15 @@ std::string saving_text(const json& order) {
 }
 
 std::string worklist_csv(const json& orders) {
-  constexpr std::array kColumns{"order",       "id",          "short_text", "tag",
-                                "action",      "who",         "shutdown",   "minutes",
-                                "saving_low",  "saving_high", "currency",   "confidence",
-                                "probability", "finding",     "text",       "also_steadies",
-                                "area",        "source_tag",  "from",       "to"};
-  std::string text = fmt::format("{}\n", fmt::join(kColumns, ","));
+  constexpr std::array kFields{"order",       "id",          "short_text", "tag",
+                               "action",      "who",         "shutdown",   "minutes",
+                               "saving_low",  "saving_high", "currency",   "confidence",
+                               "probability", "finding",     "text",       "also_steadies",
+                               "area",        "source_tag",  "from",       "to"};
+  std::string text = fmt::format("{}\n", fmt::join(kFields, ","));
   for (const json& order : orders) {
     std::string line;
-    for (const char* column : kColumns) {
+    for (const char* column : kFields) {
       const json& value = order.at(column);
       std::string cell;
       if (value.is_string()) {

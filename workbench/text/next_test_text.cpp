@@ -146,14 +146,15 @@ TestPlanFile plan_file(const gap::Result& result) {
   const TestPlan& plan = test.plan;
   TestPlanFile file;
   file.move = plan.move;
+  file.move.hold_s = five_digits(plan.move.hold_s);
   file.from = plan.moved.back();
-  file.probability_right = plan.probability_right;
-  file.probability_wrong = plan.probability_wrong;
-  file.pv_swing = plan.pv_swing;
-  file.output_swing = plan.output_swing;
+  file.probability_right = five_digits(plan.probability_right);
+  file.probability_wrong = five_digits(plan.probability_wrong);
+  file.pv_swing = five_digits(plan.pv_swing);
+  file.output_swing = five_digits(plan.output_swing);
   const auto around = [](double middle, double swing, double low, double high) {
-    return std::array{std::max(middle - kEndsAt * swing, low),
-                      std::min(middle + kEndsAt * swing, high)};
+    return std::array{std::max(five_digits(middle - kEndsAt * swing), low),
+                      std::min(five_digits(middle + kEndsAt * swing), high)};
   };
   const plant::TransmitterParameters& pv = result.model.transmitter;
   const control::PidSettings& pid = result.model.controller.pid;
@@ -167,7 +168,8 @@ TestPlanFile plan_file(const gap::Result& result) {
                            .pv = {}};
     const estimator::Predicted& band = plan.predicted[i];
     for (std::size_t k = 0; k < plan.time_s.size(); k += step) {
-      one.pv.push_back({plan.time_s[k], five_digits(band.low[k]), five_digits(band.high[k])});
+      one.pv.push_back(
+          {five_digits(plan.time_s[k]), five_digits(band.low[k]), five_digits(band.high[k])});
     }
     file.explanations.push_back(std::move(one));
   }

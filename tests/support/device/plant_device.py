@@ -203,6 +203,7 @@ async def run_plant(args, device, measured):
     plant = await asyncio.create_subprocess_exec(
         "/usr/bin/python3", f"{HERE}/plant_process.py", "--speed", str(args.speed),
         "--start", str(args.start), "--stick", str(args.stick), "--jump", str(args.jump),
+        "--mass", str(args.mass), "--play", str(args.play), "--noise", str(args.noise),
         "--load", str(args.load), "--seed", str(args.seed), stdin=asyncio.subprocess.PIPE,
         stdout=asyncio.subprocess.PIPE)
     while line := await plant.stdout.readline():
@@ -256,7 +257,7 @@ async def main():
     parser.add_argument("--fail-safe", type=float, default=0.0, help="CO units")
     parser.add_argument("--start", type=float, default=0.0, help="CO units")
     parser.add_argument("--speed", type=float, default=1.0, help="plant seconds per second")
-    for name in ("stick", "jump", "load"):
+    for name in ("stick", "jump", "mass", "play", "noise", "load"):
         parser.add_argument(f"--{name}", type=float, default=0.0, help="of plant_process.py")
     parser.add_argument("--seed", type=int, default=1, help="of the load")
     args = parser.parse_args()

@@ -4,7 +4,10 @@
 
 Reads the valve's command, one number per line, from standard input. Writes "PV STEM" lines to
 standard output every period. Valve: stiction (He 2007: it sticks up to (S + J)/2 and slips until
-(S - J)/2 remains), then a first-order lag. Process: gain, first-order lag, dead time. The
+(S - J)/2 remains), then a first-order lag. With --mass, a balance of forces instead: actuator
+pressure against spring, inertia, viscous and dry friction (Karnopp 1985), where the friction at
+rest is (S + J)/2 and that of motion (S - J)/2. With --play, the plug follows the stem behind a
+loose linkage; the read-back is that of the stem. Process: gain, first-order lag, dead time. The
 disturbance is a random walk that decays with a time constant of 300 s.
 """
 
@@ -18,6 +21,32 @@ import sys
 import time
 
 
+class BalancedStem:
+    """Forces in CO units of the spring; positions in CO units."""
+
+    DAMPING, SLOW, STEP = 0.06, 0.02, 0.001  # CO units s/CO unit, CO units/s, s
+
+    def __init__(self, start, mass, at_rest, moving, lag):
+        self.pressure = self.position = start
+        self.speed = 0.0
+        self.mass, self.at_rest, self.moving, self.lag = mass, at_rest, moving, lag
+
+    def step(self, command, seconds):
+        for _ in range(max(1, round(seconds / self.STEP))):
+            self.pressure += (command - self.pressure) * self.STEP / self.lag
+            force = self.pressure - self.position
+            if abs(self.speed) < self.SLOW and abs(force) <= self.at_rest:
+                self.speed = 0.0
+                continue
+            way = self.speed if abs(self.speed) >= self.SLOW else force
+            force -= self.DAMPING * self.speed + math.copysign(self.moving, way)
+            before, self.speed = self.speed, self.speed + force / self.mass * self.STEP
+            if before * self.speed < 0.0:
+                self.speed = 0.0
+            self.position += self.speed * self.STEP
+        return self.position
+
+
 def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("--gain", type=float, default=1.2264, help="PV units per CO unit")
@@ -26,6 +55,9 @@ def main():
     parser.add_argument("--stem-lag", type=float, default=0.1, help="s")
     parser.add_argument("--stick", type=float, default=0.0, help="S, CO units; 0: it does not stick")
     parser.add_argument("--jump", type=float, default=0.0, help="J, CO units")
+    parser.add_argument("--mass", type=float, default=0.0, help="CO units s2/CO unit; 0: no balance of forces")
+    parser.add_argument("--play", type=float, default=0.0, help="of the linkage, CO units")
+    parser.add_argument("--noise", type=float, default=0.0, help="of PV, PV units")
     parser.add_argument("--load", type=float, default=0.0, help="PV units/sqrt(s) of the plant")
     parser.add_argument("--seed", type=int, default=1, help="of the load")
     parser.add_argument("--speed", type=float, default=1.0, help="plant seconds per second")
@@ -36,7 +68,8 @@ def main():
     step = period * args.speed
     bears, left = (args.stick + args.jump) / 2, (args.stick - args.jump) / 2
     chance, load = random.Random(args.seed), 0.0
-    stem = goes_to = command = args.start
+    stem = goes_to = command = plug = args.start
+    balanced = BalancedStem(args.start, args.mass, bears, left, args.stem_lag) if args.mass > 0.0 else None
     pv = args.gain * stem
     on_the_way = collections.deque([stem] * max(1, round(args.dead_time / step)))
     pending = b""
@@ -54,13 +87,17 @@ def main():
             *lines, pending = (pending + received).split(b"\n")
             if lines:
                 command = float(lines[-1])
-        if abs(command - goes_to) > bears:
-            goes_to = command - math.copysign(left, command - goes_to)
-        stem += (goes_to - stem) * min(1.0, step / args.stem_lag)
-        on_the_way.append(stem)
+        if balanced:
+            stem = balanced.step(command, step)
+        else:
+            if abs(command - goes_to) > bears:
+                goes_to = command - math.copysign(left, command - goes_to)
+            stem += (goes_to - stem) * min(1.0, step / args.stem_lag)
+        plug = min(max(plug, stem - args.play / 2), stem + args.play / 2)
+        on_the_way.append(plug)
         pv += (args.gain * on_the_way.popleft() - pv) * min(1.0, step / args.time_constant)
         load += -load * step / 300.0 + args.load * math.sqrt(step) * chance.gauss(0.0, 1.0)
-        sys.stdout.write(f"{pv + load:.9g} {stem:.9g}\n")
+        sys.stdout.write(f"{pv + load + args.noise * chance.gauss(0.0, 1.0):.9g} {stem:.9g}\n")
         sys.stdout.flush()
 
 
