@@ -72,15 +72,14 @@ void show_test_scene(const std::string& model_file,
   say(decision_sentence(*found.next_test));
   say("The move is made on the simulated plant, and both records are explained together:");
   const TestRecord test = simulate_test(truth, plan_file(found));
-  const estimator::Judged judged = estimator::judge_test(
-      names, observed(record.period_s, record.co, record.pv),
-      observed(test.period_s, test.co, test.pv), believed, {}, parallel);
+  const estimator::Judged judged =
+      estimator::judge_test(names, observed(record.period_s, record.co, record.pv),
+                            observed(test.period_s, test.co, test.pv), believed, {}, parallel);
   say("  " + probabilities(explanations, judged.probability));
-  say(judged.decided < 0
-          ? "The test has not decided."
-          : fmt::format("Decided: {}. The valve was simulated with {}.",
-                        title_of(names[static_cast<std::size_t>(judged.decided)]),
-                        truth.valve_effects.front().name));
+  say(judged.decided < 0 ? "The test has not decided."
+                         : fmt::format("Decided: {}. The valve was simulated with {}.",
+                                       title_of(names[static_cast<std::size_t>(judged.decided)]),
+                                       truth.valve_effects.front().name));
 }
 
 }  // namespace loopwarden::workbench

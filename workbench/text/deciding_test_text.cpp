@@ -57,7 +57,7 @@ std::string deciding_test_text(const diagnosis::DecidingTest& test,
         "% of the CO span. Record an hour with set points that move.",
         none, percent(test.band, co_span));
   }
-  return fmt::format("{} The smallest move that decides needs a test day of its own: {}", none,
+  return fmt::format("{} The smallest move that decides needs a separate test day: {}", none,
                      plan_text(test, *test.planned.beyond, co_span));
 }
 
