@@ -82,7 +82,7 @@ def wait(seconds, true):
 
 def settle(daemon):
     daemon.ask({"request": "set", "loop": TAG, "mode": "auto", "set_point": SP})
-    if not wait(120.0, lambda: state(daemon)["mode"] == "AUTO" and state(daemon)["sp"] == SP
+    if not wait(120.0, lambda: state(daemon).get("mode") == "AUTO" and state(daemon)["sp"] == SP
                 and abs(state(daemon)["pv"] - SP) < 0.1 and state(daemon)["commissioning"] is None):
         raise SystemExit("the loop does not settle: " + str(state(daemon)))
 
