@@ -275,6 +275,21 @@ std::size_t samples_of(const CaseRequest& request, Random& random) {
   return sticky && random.chance(0.8) ? request.samples * 10 / 7 : request.samples;
 }
 
+// Cuts the record after `count` rows. Returns the other rows.
+LoopRecord cut(LoopRecord& record, std::size_t count) {
+  LoopRecord rest;
+  const auto move = [&](std::vector<double>& from, std::vector<double>& to) {
+    to.assign(from.begin() + static_cast<std::ptrdiff_t>(count), from.end());
+    from.resize(count);
+  };
+  move(record.time_s, rest.time_s);
+  move(record.sp, rest.sp);
+  move(record.pv, rest.pv);
+  move(record.co, rest.co);
+  move(record.truth_pv, rest.truth_pv);
+  return rest;
+}
+
 HiddenCase attempt(const CaseRequest& request, Random& random, bool& plausible) {
   HiddenCase one;
   one.id = request.id;
@@ -324,7 +339,8 @@ HiddenCase attempt(const CaseRequest& request, Random& random, bool& plausible) 
   }
   // Most records begin at rest, some during normal movement of the loop.
   const std::size_t before = random.chance(0.25) ? 300 + random.index(900) : 0;
-  one.record = run(loop, profile, samples, before, random);
+  one.record = run(loop, profile, samples, before, random, request.test);
+  one.test = cut(one.record, before + samples);
   one.floor_rmse = floor_rmse(one.record);
   plausible = is_plausible(one.record, most_time_at_stops, most_tail_error);
   return one;

@@ -43,6 +43,7 @@ struct CaseRequest {
   std::uint64_t seed = 0;
   bool load = false;
   std::size_t samples = 4200;
+  Moves test{};  // after the record
 };
 
 // The loop as assumed by its engineers.
@@ -64,6 +65,7 @@ struct HiddenCase {
   std::string note;
   BelievedLoop believed;
   LoopRecord record;
+  LoopRecord test;  // after the record; empty without moves
   // Time at which the effect begins, s; 0: always present.
   double from_s = 0.0;
   double floor_rmse = 0.0;

@@ -94,7 +94,7 @@ double set_point_at(const SetPointProfile& profile, double time_s) {
 }
 
 LoopRecord run(TruthLoop& loop, const SetPointProfile& profile, std::size_t samples,
-               std::size_t before, Random& random) {
+               std::size_t before, Random& random, const Moves& moves) {
   LoopRecord record;
   record.first = before;
   const double rest = profile.front().second;
@@ -105,7 +105,9 @@ LoopRecord run(TruthLoop& loop, const SetPointProfile& profile, std::size_t samp
   double load = 0.0;
   Sensed quiet(loop);
   Sensed loaded(loop);
-  for (std::size_t k = 0; k < before + samples; ++k) {
+  const std::size_t begin = before + samples + moves.from;  // of the moves
+  for (std::size_t k = 0; k < begin + moves.moved.size(); ++k) {
+    const double by = k < begin ? 0.0 : moves.moved[k - begin];
     const double time_s = sample_time_s(k, before);
     const double clean = process_pv + added_at(loop, time_s);
     const double without_load = in_range(reading(loop, quiet.step(clean, time_s)));
@@ -113,9 +115,11 @@ LoopRecord run(TruthLoop& loop, const SetPointProfile& profile, std::size_t samp
     const double noise = loop.noise_rms * random.normal();
     const bool is_new = k % loop.reading_stands == before % loop.reading_stands;
     const double pv = is_new || k == 0 ? rounded(in_range(seen + noise)) : record.pv.back();
-    const double sp = set_point_at(profile, time_s);
+    const double sp = set_point_at(profile, time_s) + (moves.manual ? 0.0 : by);
     if (loop.retuned && time_s >= loop.retuned->first) controller.retune(loop.retuned->second);
-    const double co = controller.step(sp, pv);
+    const bool manual = moves.manual && k >= begin;
+    const double co =
+        manual ? rounded(in_range(record.co[begin - 1] + by)) : controller.step(sp, pv);
     record.time_s.push_back(time_s);
     record.sp.push_back(sp);
     record.pv.push_back(pv);

@@ -74,9 +74,18 @@ struct LoopRecord {
   std::size_t first = 0;
 };
 
-// Runs the loop from rest at the first set point. The record begins after `before` samples.
+// What happens after a record, one value per sample: added to the last set point in automatic, or
+// to the last output in manual.
+struct Moves {
+  bool manual = false;
+  std::size_t from = 0;  // samples in automatic at the last set point
+  std::vector<double> moved;
+};
+
+// Runs the loop from rest at the first set point. The record begins after `before` samples, and
+// `moves` follow it.
 LoopRecord run(TruthLoop& loop, const SetPointProfile& profile, std::size_t samples,
-               std::size_t before, Random& random);
+               std::size_t before, Random& random, const Moves& moves = {});
 
 // Returns the true PV for a given CO, from rest at `rest_pv`; the row `first` is time 0.
 std::vector<double> free_run(TruthLoop& loop, double rest_pv, const std::vector<double>& co,

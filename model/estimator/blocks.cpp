@@ -40,6 +40,23 @@ void Blocks::average(std::span<const double> signal, std::span<double> means) co
   }
 }
 
+Observed joined(const Observed& record, const Observed& test, double rest_s) {
+  Observed out = record;
+  const auto rest = static_cast<std::size_t>(std::ceil(rest_s / record.period_s));
+  const auto between = [&](double from, double to, std::size_t k) {
+    return from + (to - from) * static_cast<double>(k + 1) / static_cast<double>(rest + 1);
+  };
+  for (std::size_t k = 0; k < rest; ++k) {
+    out.co.push_back(between(record.co.back(), test.co.front(), k));
+    out.pv.push_back(between(record.pv.back(), test.pv.front(), k));
+    out.used.push_back(false);
+  }
+  out.co.insert(out.co.end(), test.co.begin(), test.co.end());
+  out.pv.insert(out.pv.end(), test.pv.begin(), test.pv.end());
+  out.used.insert(out.used.end(), test.used.begin(), test.used.end());
+  return out;
+}
+
 Observed without_spikes(Observed observed, double least, std::size_t longest) {
   const std::vector<double>& pv = observed.pv;
   double before = pv[0];  // last sample that counts

@@ -31,6 +31,10 @@ struct Observed {
   std::vector<bool> used;  // the samples of PV that count
 };
 
+// A record, `rest_s` without PV, and a later record with the same period. Between them CO moves
+// evenly from the last value of the first one to the first value of the second one.
+Observed joined(const Observed& record, const Observed& later, double rest_s);
+
 class Blocks {
  public:
   // The first `samples` samples. `noise_rms`: of one sample, PV units.

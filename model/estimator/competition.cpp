@@ -118,7 +118,7 @@ class Competitors {
                       : search(likelihood_, task.hypothesis, task.start, task.effort, seed, work);
       Fit fit{task.hypothesis, std::move(population), {}, 0.0};
       likelihood_.of(fit.hypothesis, fit.population.top().z, work, &fit.solution);
-      fit.score = score_of(fit);
+      fit.score = score_of(fit, likelihood_);
       found[i] = std::move(fit);
       evaluations[i] = work.evaluations;
     });
@@ -149,12 +149,6 @@ class Competitors {
       return;
     }
     out_.fits.push_back(std::move(fit));
-  }
-
-  double score_of(const Fit& fit) const {
-    const auto n = static_cast<double>(likelihood_.blocks().count());
-    return fit.log_likelihood() - 0.5 * fit.hypothesis.parameters() * std::log(n) -
-           fit.hypothesis.handicap();
   }
 
   void add_none() {
@@ -524,6 +518,12 @@ class Competitors {
 };
 
 }  // namespace
+
+double score_of(const Fit& fit, const Likelihood& likelihood) {
+  const auto n = static_cast<double>(likelihood.blocks().count());
+  return fit.log_likelihood() - 0.5 * fit.hypothesis.parameters() * std::log(n) -
+         fit.hypothesis.handicap();
+}
 
 const Fit& Competition::none() const {
   return *std::find_if(fits.begin(), fits.end(),

@@ -33,6 +33,9 @@ struct Fit {
   double log_likelihood() const noexcept { return population.top().log_likelihood; }
 };
 
+// Of the best member.
+double score_of(const Fit& fit, const Likelihood& likelihood);
+
 struct Competition {
   std::vector<Fit> fits;  // best score first; `none` is among them
   std::size_t evaluations = 0;

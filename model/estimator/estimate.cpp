@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <memory>
 #include <optional>
 #include <utility>
 
@@ -29,6 +30,7 @@ constexpr double kVisible = 1.5;           // of the floor: a larger error is a 
 constexpr double kSpike = 8.0;             // noise of a sample, beyond what the process can do
 constexpr std::size_t kLongestSpike = 12;  // samples
 constexpr std::size_t kSamples = 50;       // models of an explanation
+constexpr std::size_t kReweighted = 8;     // members that are tried on a later record
 constexpr double kLeastEffect = 0.0015;    // of the PV span: a smaller effect does not matter
 
 // Linear dynamics and curves: a model that does not know the process can't lack them.
@@ -159,7 +161,7 @@ class Estimator {
     }
     std::stable_sort(out.posterior.begin(), out.posterior.end(),
                      [](const auto& a, const auto& b) { return a.second > b.second; });
-    out.explanations = explanations(out);
+    out.explanations = explanations(out, 1.0 - unnamed);
     out.chosen = chosen.hypothesis.title();
     out.chosen_left = out.after;
     const bool names = !chosen.hypothesis.terms().empty();
@@ -172,6 +174,36 @@ class Estimator {
     } else if (names) {
       out.verdict = Verdict::missing_effect;
     }
+    return out;
+  }
+
+  // Only the sizes of the error are searched again.
+  Reweighted reweighted(const Observed& later, double rest_s) const {
+    const Observed both = joined(observed_, later, rest_s);
+    const std::size_t count = both.pv.size();
+    const LoopRun run(loop_, both.co);
+    const Slips slips = find_slips(both, loop_, count, noise_rms_);
+    const Likelihood likelihood(loop_, run, both, count, noise_rms_, slips);
+    Reweighted out;
+    std::vector<Fit> fits;
+    for (const Fit& fit : competing_) {
+      Likelihood::Work work;
+      Member best = fit.population.top();
+      best.log_likelihood = likelihood.of(fit.hypothesis, best.z, work);
+      const std::size_t step =
+          std::max<std::size_t>(1, fit.population.members.size() / kReweighted);
+      for (std::size_t i = 0; i < fit.population.members.size(); i += step) {
+        const Member& member = fit.population.members[i];
+        const double l = likelihood.of(fit.hypothesis, member.z, work);
+        if (l > best.log_likelihood) best = {member.z, l};
+      }
+      best = with_best_error(likelihood, fit.hypothesis, std::move(best), work);
+      Fit& now = fits.emplace_back(Fit{fit.hypothesis, {{best}, 0}, {}, 0.0});
+      likelihood.of(now.hypothesis, best.z, work, &now.solution);
+      now.score = score_of(now, likelihood);
+      out.score.push_back(now.score);
+    }
+    out.probability = weights(fits);
     return out;
   }
 
@@ -517,7 +549,8 @@ class Estimator {
            !refuted(out);
   }
 
-  std::vector<Explanation> explanations(const Estimate& out) const {
+  // `catalogue`: probability that a law of the catalogue is the cause.
+  std::vector<Explanation> explanations(const Estimate& out, double catalogue) {
     std::vector<Explanation> all;
     for (const auto& line : out.posterior) {
       const std::vector<std::string>& names = line.first;
@@ -525,7 +558,8 @@ class Estimator {
       const auto fit = std::find_if(
           competition_.fits.begin(), competition_.fits.end(),
           [&](const Fit& f) { return f.hypothesis.named() && f.hypothesis.names() == names; });
-      if (probability < kCompetes || fit == competition_.fits.end()) continue;
+      if (probability < kCompetes * catalogue || fit == competition_.fits.end()) continue;
+      competing_.push_back(*fit);
       Explanation& one = all.emplace_back(Explanation{names, probability, {}});
       Fit sample = representative(*fit);
       Likelihood::Work work;
@@ -608,6 +642,7 @@ class Estimator {
   std::vector<Law> named_;
   std::vector<Law> unnamed_;
   Competition competition_;
+  std::vector<Fit> competing_;  // of the explanations
   mutable std::map<std::pair<std::string, double>, Represented> representatives_;
 };
 
@@ -624,7 +659,12 @@ const char* to_text(Verdict verdict) noexcept {
 
 Estimate estimate(const Observed& observed, const plant::LoopModel& model, const Options& options,
                   const numeric::ParallelFor& parallel) {
-  return Estimator(observed, model, options, parallel).answer();
+  const auto estimator = std::make_shared<Estimator>(observed, model, options, parallel);
+  Estimate out = estimator->answer();
+  out.reweighted = [estimator](const Observed& later, double rest_s) {
+    return estimator->reweighted(later, rest_s);
+  };
+  return out;
 }
 
 }  // namespace loopwarden::estimator

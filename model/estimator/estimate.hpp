@@ -70,6 +70,12 @@ struct Ranked {
   std::string parameters{};
 };
 
+// Explanations after a record and a later one.
+struct Reweighted {
+  std::vector<double> score;        // nats
+  std::vector<double> probability;  // among the explanations; the sum is 1
+};
+
 struct Estimate {
   Verdict verdict = Verdict::no_gap;
   std::vector<Found> effects;
@@ -77,8 +83,10 @@ struct Estimate {
   // Hypotheses by probability; {"unnamed"}: none of the catalogue. The sum is 1.
   std::vector<std::pair<std::vector<std::string>, double>> posterior;
   std::vector<Ranked> ranked;
-  // Those of the catalogue with a probability of at least 0.05, as models of the loop.
+  // Those of the catalogue with at least kCompetes of its probability, as models of the loop.
   std::vector<Explanation> explanations;
+  // The explanations after a later record, by their members, without a new search.
+  std::function<Reweighted(const Observed& later, double rest_s)> reweighted;
   Errors before, after;
   double with_slips = 0.0;  // PV units, last third, with the slips that PV shows there
   double noise_rms = 0.0;   // PV units

@@ -2,14 +2,12 @@
 #include "model/estimator/judge_test.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 namespace loopwarden::estimator {
 namespace {
 
 using Names = std::vector<std::string>;
 
-constexpr double kRest = 20.0;  // answer times between the records
 const Names kUnnamed{"unnamed"};
 
 bool contains_all(const Names& names, const Names& part) {
@@ -31,20 +29,12 @@ std::size_t explanation_of(const Names& names, const std::vector<Names>& explana
 
 }  // namespace
 
-Observed joined(const Observed& record, const Observed& test, double rest_s) {
-  Observed out = record;
-  const auto rest = static_cast<std::size_t>(std::ceil(rest_s / record.period_s));
-  const auto between = [&](double from, double to, std::size_t k) {
-    return from + (to - from) * static_cast<double>(k + 1) / static_cast<double>(rest + 1);
-  };
-  for (std::size_t k = 0; k < rest; ++k) {
-    out.co.push_back(between(record.co.back(), test.co.front(), k));
-    out.pv.push_back(between(record.pv.back(), test.pv.front(), k));
-    out.used.push_back(false);
-  }
-  out.co.insert(out.co.end(), test.co.begin(), test.co.end());
-  out.pv.insert(out.pv.end(), test.pv.begin(), test.pv.end());
-  out.used.insert(out.used.end(), test.used.begin(), test.used.end());
+std::vector<double> among(const std::vector<double>& probability,
+                          const std::vector<std::size_t>& index) {
+  std::vector<double> out;
+  double sum = 0.0;
+  for (const std::size_t i : index) sum += out.emplace_back(probability[i]);
+  for (double& p : out) p /= std::max(sum, 1e-300);
   return out;
 }
 

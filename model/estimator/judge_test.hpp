@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Judges a loop's explanations by its record and a later test of them (plan.hpp) together.
 //
-// Both records are joined to one: between them CO moves evenly from the last value of the record to
-// the first one of the test, and PV is missing. The estimator then fits the joined record, with
-// all names. Nothing is held out: the question is which explanation is right, not whether it is
+// The estimator fits both records, joined to one (blocks.hpp), with all names. Nothing is held out: the question is which explanation is right, not whether it is
 // good.
 //
 //   P(explanation) = probability of its hypotheses / probability of all hypotheses of the catalogue
@@ -13,6 +11,7 @@
 // start with a few answer times before the move, at about the output at which the record ends.
 #pragma once
 
+#include <cstddef>
 #include <string>
 #include <vector>
 
@@ -23,6 +22,12 @@
 
 namespace loopwarden::estimator {
 
+inline constexpr double kRest = 20.0;  // answer times between the records
+
+// The probabilities with these indices, with the sum 1.
+std::vector<double> among(const std::vector<double>& probability,
+                          const std::vector<std::size_t>& index);
+
 struct Judged {
   std::vector<double> probability;           // of each explanation, after both records
   std::vector<std::string> likeliest_other;  // effects of the likeliest hypothesis besides them
@@ -31,9 +36,6 @@ struct Judged {
   // Index of the explanation that reaches kDecides and explains the records; -1: undecided.
   int decided = -1;
 };
-
-// The record, `rest_s` without PV, and the test. Both have the same period.
-Observed joined(const Observed& record, const Observed& test, double rest_s);
 
 // `explanations`: effects of each; an empty one: nothing is missing. `model`, `options`: of the
 // estimate that gave them.

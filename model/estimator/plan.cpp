@@ -3,12 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
+#include <memory>
 #include <utility>
 
-#include "model/estimator/blocks.hpp"
-#include "model/estimator/constants.hpp"
-#include "model/estimator/error_filter.hpp"
+#include "model/estimator/test_evidence.hpp"
 #include "model/numeric/statistics.hpp"
 #include "model/numeric/text.hpp"
 #include "model/plant/simulated_loop.hpp"
@@ -17,7 +15,10 @@ namespace loopwarden::estimator {
 namespace {
 
 constexpr std::array<double, 3> kClasses{0.01, 0.03, 0.05};  // of the span of PV
-constexpr std::array<double, 7> kSizes{0.0025, 0.005, 0.01, 0.015, 0.02, 0.03, 0.05};  // of a span
+// Of a span. The last ones are larger than a test may be; they show from which size one would do.
+constexpr std::array<double, 10> kSizes{0.0025, 0.005, 0.01, 0.015, 0.02,
+                                        0.03,   0.05,  0.08, 0.12,  0.2};
+constexpr std::size_t kAllowedSizes = 7;
 constexpr std::array<double, 3> kHolds{3.0, 8.0, 20.0};  // answer times
 constexpr double kWanted = 0.9;                          // probability of a right decision
 constexpr double kWarmUp = 20.0;                         // answer times before the move
@@ -25,6 +26,10 @@ constexpr std::size_t kRivals = 6;                       // samples that judge a
 constexpr std::size_t kFirstTests = 6;                   // of each explanation
 constexpr std::size_t kTests = 50;
 constexpr double kFirstError = 0.1;  // of the share of right decisions after the first tests
+constexpr std::size_t kJudged = 12;  // of each explanation, if the estimator judges them
+constexpr double kOwnError = 0.35;   // the same if the estimator, which knows more, judges later
+constexpr std::size_t kMostChecked = 6;  // moves of a class with all tests
+constexpr std::size_t kLargerTried = 1;  // sizes after the first one that seems to decide
 constexpr double kReturns_s = 300.0;
 constexpr double kNextGain = 0.02;  // more right decisions that make the next class worth naming
 constexpr double kStairs = 3.0;
@@ -33,10 +38,23 @@ constexpr std::array kKinds{MoveKind::set_point_pair,   MoveKind::set_point_reve
                             MoveKind::output_pair,      MoveKind::output_reversal,
                             MoveKind::output_stairs,    MoveKind::output_ramp};
 
-// A simulated test, from its start on.
+// A sample of an explanation under the CO of a test.
+struct Rival {
+  plant::Plant plant;
+  std::vector<double> error;  // PV of the test less its own, PV units
+};
+
+// A simulated loop before the move: what happened so far, and how its rivals explain it. The first
+// half is forgotten.
+struct Warm {
+  plant::SimulatedLoop loop;
+  std::vector<double> co, pv;
+  std::vector<std::vector<Rival>> rivals;  // by explanation
+};
+
+// The test itself.
 struct Run {
   std::vector<double> co, pv;
-  std::size_t begin = 0;  // sample of the first step
 };
 
 struct Score {
@@ -44,6 +62,12 @@ struct Score {
   double wrong = 0.0;
   double pv_swing = 0.0;
   double output_swing = 0.0;
+};
+
+struct Tried {
+  Move move;
+  Score first;                 // after the first tests
+  std::optional<Score> all{};  // after all tests
 };
 
 class Planner {
@@ -59,49 +83,43 @@ class Planner {
     double sum = 0.0;
     for (const Explanation& e : explanations_) sum += e.probability;
     for (const Explanation& e : explanations_) weight_.push_back(e.probability / sum);
+    warm_.resize(explanations_.size() * kTests);
+    parallel_(warm_.size(), [&](std::size_t i) { warm_[i] = warmed(i / kTests, i % kTests); });
   }
 
   Planned plan() {
     Planned out;
-    double best = 0.0;
+    std::vector<Tried> tried = try_moves(kAllowedSizes);
     for (const double share : kClasses) {
       if (share > start_.most_pv_share + 1e-9) break;
-      const std::optional<TestPlan> of_class = cheapest(share, out.plan ? 1.0 : kWanted);
-      if (!of_class) continue;
+      const Tried* best = cheapest(tried, share, out.plan ? 1.0 : kWanted);
+      if (best == nullptr) continue;
+      const double right = best->all->right;
       if (out.plan) {
-        if (of_class->probability_right > out.plan->probability_right + kNextGain) {
-          out.next = of_class;
-        }
+        if (right > out.plan->probability_right + kNextGain) out.next = described(*best, share);
         break;
       }
-      if (of_class->probability_right >= kWanted) {
-        out.plan = of_class;
-      } else if (of_class->probability_right > best) {
-        best = of_class->probability_right;
-        out.best = of_class;
+      if (right >= kWanted) {
+        out.plan = described(*best, share);
+      } else if (!out.best || right > out.best->probability_right) {
+        out.best = described(*best, share);
       }
     }
-    if (!out.plan) out.why_not = why_not(out.best);
+    if (!out.plan) explain_refusal(out);
     return out;
   }
 
  private:
-  std::vector<Move> moves() const {
-    std::vector<Move> all;
-    const double co_span = model_.controller.pid.output_span();
-    for (const MoveKind kind : kKinds) {
-      for (const double size : kSizes) {
-        for (const double hold : kHolds) {
-          Move move{kind, size * (in_manual(kind) ? co_span : pv_span_), hold * answer_s_};
-          const auto& limits = in_manual(kind) ? start_.outputs : start_.set_points;
-          const double from = in_manual(kind) ? start_.output : start_.set_point;
-          if (from + move.size > limits[1]) move.size = -move.size;
-          if (!within(move, from, limits) || duration_s(move) > start_.longest_s) continue;
-          all.push_back(move);
-        }
-      }
-    }
-    return all;
+  // A move within the limits of SP or output.
+  std::optional<Move> move_of(MoveKind kind, double size, double hold) const {
+    const bool manual = in_manual(kind);
+    Move move{kind, size * (manual ? model_.controller.pid.output_span() : pv_span_),
+              hold * answer_s_};
+    const auto& limits = manual ? start_.outputs : start_.set_points;
+    const double at = manual ? start_.output : start_.set_point;
+    if (at + move.size > limits[1]) move.size = -move.size;
+    if (!within(move, at, limits) || duration_s(move) > start_.longest_s) return std::nullopt;
+    return move;
   }
 
   static bool within(const Move& move, double from, const std::array<double, 2>& limits) {
@@ -112,52 +130,113 @@ class Planner {
     return true;
   }
 
-  // The cheapest move whose PV stays within `share` of the span and that decides with probability
-  // `wanted`; otherwise the one that decides most often.
-  std::optional<TestPlan> cheapest(double share, double wanted) {
-    struct Tried {
-      Move move;
-      Score score;
-    };
-    std::vector<Move> all = moves();
-    std::vector<Tried> tried(all.size());
-    parallel_(all.size(), [&](std::size_t i) {
-      if (std::abs(all[i].size) > share * 2.0 * pv_span_ && !in_manual(all[i].kind)) return;
-      tried[i] = {all[i], score(all[i], kFirstTests)};
-    });
-    const double most = share * pv_span_;
-    std::erase_if(tried,
-                  [&](const Tried& t) { return t.move.size == 0.0 || t.score.pv_swing > most; });
-    // In automatic first, then by deviation and duration.
-    std::stable_sort(tried.begin(), tried.end(), [&](const Tried& a, const Tried& b) {
-      const bool manual_a = in_manual(a.move.kind);
-      const bool manual_b = in_manual(b.move.kind);
-      if (manual_a != manual_b) return manual_b;
-      return cost(a.move, a.score) < cost(b.move, b.score);
-    });
-    std::optional<std::pair<Move, Score>> best;
-    constexpr std::size_t kMostChecked = 8;
-    std::size_t checked = 0;
-    for (const Tried& t : tried) {
-      if (t.score.right < std::min(wanted, 0.99) - kFirstError) continue;
-      if (checked++ == kMostChecked) break;
-      const Score s = score(t.move, kTests);
-      if (s.pv_swing > most) continue;
-      if (!best || s.right > best->second.right) best = {t.move, s};
-      if (s.right >= wanted) break;
-    }
-    if (!best) {
-      for (const Tried& t : tried) {
-        if (!best || t.score.right > best->second.right) best = {t.move, t.score};
+  // The first tests of moves from small to large, up to `sizes` of kSizes. A kind of move ends at
+  // the largest class, or soon after it decides, because larger ones cost more.
+  std::vector<Tried> try_moves(std::size_t sizes) const {
+    std::vector<std::vector<Tried>> by(kKinds.size() * kHolds.size());
+    parallel_(by.size(), [&](std::size_t i) {
+      std::size_t decide = 0;
+      for (std::size_t size = 0; size < sizes && decide <= kLargerTried; ++size) {
+        const std::optional<Move> move =
+            move_of(kKinds[i / kHolds.size()], kSizes[size], kHolds[i % kHolds.size()]);
+        if (!move) continue;
+        const Score s = score(*move, kFirstTests);
+        if (sizes == kAllowedSizes && s.pv_swing > start_.most_pv_share * pv_span_) break;
+        by[i].push_back({*move, s});
+        if (s.right >= kWanted) ++decide;
       }
-      if (best) best->second = score(best->first, kTests);
-    }
-    if (!best) return std::nullopt;
-    return described(best->first, best->second, share);
+    });
+    std::vector<Tried> all;
+    for (const auto& one : by) all.insert(all.end(), one.begin(), one.end());
+    return all;
   }
 
-  double cost(const Move& move, const Score& s) const {
-    return s.pv_swing / pv_span_ + 0.01 * duration_s(move) / start_.longest_s;
+  // The cheapest move whose PV stays within `share` of the span and that decides with probability
+  // `wanted`; otherwise the one that decides most often. In automatic first.
+  const Tried* cheapest(std::vector<Tried>& tried, double share, double wanted) const {
+    const double most = share * pv_span_;
+    std::vector<Tried*> within;
+    double highest = 0.0;  // share of right decisions
+    for (Tried& t : tried) {
+      if (t.first.pv_swing > most || (t.all && t.all->pv_swing > most)) continue;
+      within.push_back(&t);
+      highest = std::max(highest, t.first.right);
+    }
+    const double least =
+        std::min(std::min(wanted, 0.99) - (start_.judge ? kOwnError : kFirstError), highest);
+    std::erase_if(within, [&](const Tried* t) { return t->first.right < least; });
+    std::stable_sort(within.begin(), within.end(), [&](const Tried* a, const Tried* b) {
+      const bool manual_a = in_manual(a->move.kind);
+      const bool manual_b = in_manual(b->move.kind);
+      return manual_a != manual_b ? manual_b : cost(*a) < cost(*b);
+    });
+    const Tried* best = nullptr;
+    const std::size_t step = (within.size() + kMostChecked - 1) / kMostChecked;
+    for (std::size_t i = 0; i < within.size(); i += step) {
+      Tried& t = *within[i];
+      if (!t.all) t.all = judged(t.move);
+      if (t.all->pv_swing > most) continue;
+      if (best == nullptr || t.all->right > best->all->right) best = &t;
+      if (best->all->right >= wanted) break;
+    }
+    return best;
+  }
+
+  double cost(const Tried& t) const {
+    return t.first.pv_swing / pv_span_ + 0.01 * duration_s(t.move) / start_.longest_s;
+  }
+
+  // Why no test decides, and a larger one that would.
+  void explain_refusal(Planned& out) {
+    const double most = 100.0 * start_.most_pv_share;
+    std::vector<Tried> larger = try_moves(kSizes.size());
+    std::erase_if(larger, [&](const Tried& t) { return t.first.right < kWanted - kFirstError; });
+    std::stable_sort(larger.begin(), larger.end(), [&](const Tried& a, const Tried& b) {
+      return a.first.pv_swing < b.first.pv_swing;
+    });
+    larger.resize(std::min(larger.size(), kMostChecked));
+    for (Tried& t : larger) {
+      t.all = judged(t.move);
+      if (t.all->right < kWanted) continue;
+      out.beyond = described(t, t.all->pv_swing / pv_span_);
+      break;
+    }
+    if (!out.best) {
+      out.why_not = numeric::text(
+          duration_s({MoveKind::set_point_pair, 1.0, kHolds[0] * answer_s_}) > start_.longest_s
+              ? "The loop is too slow: PV answers in %.3g s, and a test lasts at most %.3g s."
+              : "Every move that was tried moves PV by more than %.3g %% of its span.",
+          duration_s({MoveKind::set_point_pair, 1.0, kHolds[0] * answer_s_}) > start_.longest_s
+              ? answer_s_
+              : most,
+          start_.longest_s);
+    } else {
+      out.why_not = numeric::text(
+          "The best move within %.3g %% of the PV span decides with probability %.2f, less than "
+          "%.2g. %s",
+          most, out.best->probability_right, kWanted, hides(out.best->move));
+    }
+    if (out.beyond) {
+      const Move& move = out.beyond->move;
+      out.why_not += numeric::text(
+          " Outside these limits, a move of %s by %.3g would decide; PV would deviate by %.3g %% "
+          "of its span.",
+          in_manual(move.kind) ? "the output" : "SP", std::abs(move.size),
+          100.0 * out.beyond->pv_swing / pv_span_);
+    }
+  }
+
+  // The reason, by the same move without the disturbance.
+  const char* hides(const Move& move) {
+    if (start_.disturbance > 0.0) {
+      TestStart calm = start_;
+      calm.disturbance = 0.0;
+      calm.judge = {};
+      if (Planner(explanations_, calm, parallel_).judged(move).right >= kWanted) {
+        return "The disturbance hides the difference.";
+      }
+    }
+    return "The explanations predict nearly the same PV, because the effect is small.";
   }
 
   // A sample of an explanation as it would be measured.
@@ -180,29 +259,67 @@ class Planner {
   double seconds(std::size_t samples) const {
     return static_cast<double>(samples) * model_.sample_time_s;
   }
+  const plant::LoopModel& sample_of(std::size_t explanation, std::size_t i) const {
+    const auto& samples = explanations_[explanation].samples;
+    return samples[i % samples.size()];
+  }
 
-  Run simulate(const plant::LoopModel& sample, const Move& move, std::uint64_t seed) const {
-    const plant::LoopModel model = measured(sample, seed);
-    plant::SimulatedLoop loop(model);
-    Run run;
-    run.begin = samples(warm_up_s());
-    const std::size_t end = run.begin + samples(duration_s(move));
-    const bool manual = in_manual(move.kind);
-    for (std::size_t k = 0; k < (manual ? run.begin : end); ++k) {
-      if (k >= run.begin) {
-        loop.controller().request_set_point(moved(move, start_.set_point, seconds(k - run.begin)));
-      }
-      const plant::LoopSample s = loop.step();
-      run.co.push_back(s.co);
-      run.pv.push_back(s.pv);
+  std::shared_ptr<const Warm> warmed(std::size_t truth, std::size_t test) const {
+    auto warm = std::make_shared<Warm>(
+        Warm{plant::SimulatedLoop(measured(sample_of(truth, test), 1000 * truth + test + 1)),
+             {},
+             {},
+             {}});
+    const std::size_t count = samples(warm_up_s());
+    std::vector<double> co(count);
+    std::vector<double> pv(count);
+    for (std::size_t k = 0; k < count; ++k) {
+      const plant::LoopSample s = warm->loop.step();
+      co[k] = s.co;
+      pv[k] = s.pv;
     }
-    if (!manual) return run;
+    const std::size_t kept = count / 2;
+    for (std::size_t h = 0; h < explanations_.size(); ++h) {
+      std::vector<Rival>& rivals = warm->rivals.emplace_back();
+      const std::size_t available = explanations_[h].samples.size();
+      // Not the sample that made the record.
+      for (std::size_t i = 0; rivals.size() < kRivals && i < 2 * kRivals; ++i) {
+        const std::size_t index = test + 1 + i;
+        if (h == truth && available > 1 && index % available == test % available) continue;
+        plant::LoopModel model = sample_of(h, index);
+        model.scenario.set_point = {{0.0, start_.set_point}};
+        Rival rival{plant::Plant(model, 1), {}};
+        rival.plant.reset(co.front());
+        for (std::size_t k = 0; k < count; ++k) {
+          if (k >= kept) rival.error.push_back(pv[k] - rival.plant.process_variable());
+          rival.plant.step(co[k]);
+        }
+        rivals.push_back(std::move(rival));
+      }
+    }
+    warm->co.assign(co.begin() + static_cast<std::ptrdiff_t>(kept), co.end());
+    warm->pv.assign(pv.begin() + static_cast<std::ptrdiff_t>(kept), pv.end());
+    return warm;
+  }
+
+  Run simulate(const Warm& warm, const Move& move) const {
+    plant::SimulatedLoop loop = warm.loop;
+    Run run;
+    const std::size_t count = samples(duration_s(move));
+    if (!in_manual(move.kind)) {
+      for (std::size_t k = 0; k < count; ++k) {
+        loop.controller().request_set_point(moved(move, start_.set_point, seconds(k)));
+        const plant::LoopSample s = loop.step();
+        run.co.push_back(s.co);
+        run.pv.push_back(s.pv);
+      }
+      return run;
+    }
     plant::Plant plant = loop.plant();
-    const double from = run.co.back();
-    const control::PidSettings& pid = model.controller.pid;
-    for (std::size_t k = run.begin; k < end; ++k) {
+    const control::PidSettings& pid = model_.controller.pid;
+    for (std::size_t k = 0; k < count; ++k) {
       const double co =
-          std::clamp(moved(move, from, seconds(k - run.begin)), pid.output_low, pid.output_high);
+          std::clamp(moved(move, warm.co.back(), seconds(k)), pid.output_low, pid.output_high);
       run.co.push_back(co);
       run.pv.push_back(plant.process_variable());
       plant.step(co);
@@ -210,98 +327,91 @@ class Planner {
     return run;
   }
 
-  // Log-likelihood of a test under one sample of an explanation, up to a constant.
-  double log_likelihood(const Run& run, const plant::LoopModel& sample, const Blocks& blocks,
-                        const ErrorFilter& filter) const {
-    plant::LoopModel model = sample;
-    model.scenario.set_point = {{0.0, start_.set_point}};
-    plant::Plant plant(model, 1);
-    plant.reset(run.co.front());
-    std::vector<double> error(run.pv.size());
-    for (std::size_t k = 0; k < error.size(); ++k) {
-      error[k] = run.pv[k] - plant.process_variable();
-      plant.step(run.co[k]);
-    }
-    // The level is a nuisance.
-    double mean = 0.0;
-    for (std::size_t k = run.begin / 2; k < run.begin; ++k) {
-      mean += error[k] / static_cast<double>(run.begin - run.begin / 2);
-    }
-    for (double& e : error) e -= mean;
-    std::vector<double> by_block(blocks.count());
-    std::vector<double> white(blocks.count());
-    blocks.average(error, by_block);
-    filter.whiten(by_block, white);
-    double sum = 0.0;
-    const std::size_t first = run.begin / 2 / blocks.per_block();
-    for (std::size_t b = first; b < white.size(); ++b) sum -= 0.5 * white[b] * white[b];
-    return sum;
-  }
-
-  const plant::LoopModel& sample_of(std::size_t explanation, std::size_t i) const {
-    const auto& samples = explanations_[explanation].samples;
-    return samples[i % samples.size()];
-  }
-
-  // What `tests` simulated tests of each explanation give.
+  // Results of `tests` simulated tests of each explanation, judged by samples.
   Score score(const Move& move, std::size_t tests) const {
     Score out;
-    for (std::size_t h = 0; h < explanations_.size(); ++h) {
-      for (std::size_t i = 0; i < tests; ++i) {
-        const Run run = simulate(sample_of(h, i), move, 1000 * h + i + 1);
-        for (std::size_t k = run.begin; k < run.pv.size(); ++k) {
-          out.pv_swing = std::max(out.pv_swing, std::abs(run.pv[k] - start_.set_point));
-          out.output_swing =
-              std::max(out.output_swing, std::abs(run.co[k] - run.co[run.begin - 1]));
-        }
-        const std::size_t decided = decision(run, h, i);
-        const double share = weight_[h] / static_cast<double>(tests);
-        if (decided == h) {
-          out.right += share;
-        } else if (decided < explanations_.size()) {
-          out.wrong += share;
-        }
-      }
+    for (std::size_t i = 0; i < explanations_.size() * tests; ++i) {
+      const std::size_t truth = i / tests;
+      const Warm& warm = *warm_[truth * kTests + i % tests];
+      const Run run = simulate(warm, move);
+      add_swing(warm, run, out);
+      add_decision(by_samples(warm, run), truth, weight_[truth] / static_cast<double>(tests), out);
     }
     return out;
   }
 
-  // The explanation that reaches kDecides; explanations_.size(): none does.
-  std::size_t decision(const Run& run, std::size_t truth, std::size_t test) const {
-    const std::size_t per_block =
-        block_length(model_.process.time_constant_s, model_.sample_time_s, run.pv.size());
-    const Observed observed{model_.sample_time_s, run.co, run.pv,
-                            std::vector<bool>(run.pv.size(), true)};
-    const Blocks blocks(observed, run.pv.size(), per_block,
-                        std::max(start_.noise_rms, kLimits.least_noise * pv_span_));
-    std::vector<double> variance = activity(blocks, run.co, model_.process.dead_time_s, answer_s_);
-    for (double& v : variance) v *= start_.law_error * start_.law_error;
-    const ErrorFilter filter(blocks, {kReturns_s, answer_s_}, start_.disturbance, variance);
-    std::vector<double> score;
-    for (std::size_t h = 0; h < explanations_.size(); ++h) {
-      std::vector<double> all;
-      // Not the sample that made the record.
-      for (std::size_t i = 0; all.size() < kRivals && i < 2 * kRivals; ++i) {
-        const std::size_t rival = test + 1 + i;
-        const auto count = explanations_[h].samples.size();
-        if (h == truth && count > 1 && rival % count == test % count) continue;
-        all.push_back(log_likelihood(run, sample_of(h, rival), blocks, filter));
-      }
-      const double top = *std::max_element(all.begin(), all.end());
-      double sum = 0.0;
-      for (const double l : all) sum += std::exp(l - top);
-      score.push_back(std::log(weight_[h]) + top + std::log(sum / static_cast<double>(all.size())));
+  // Results of all tests. The estimator judges fewer, because each takes longer.
+  Score judged(const Move& move) const {
+    if (!start_.judge) return score(move, kTests);
+    std::vector<std::size_t> decided(explanations_.size() * kTests);
+    std::vector<Score> swing(decided.size());
+    parallel_(decided.size(), [&](std::size_t i) {
+      const Warm& warm = *warm_[i];
+      const Run run = simulate(warm, move);
+      add_swing(warm, run, swing[i]);
+      if (i % kTests >= kJudged) return;
+      Observed test{model_.sample_time_s, warm.co, warm.pv, {}};
+      test.co.insert(test.co.end(), run.co.begin(), run.co.end());
+      test.pv.insert(test.pv.end(), run.pv.begin(), run.pv.end());
+      test.used.assign(test.pv.size(), true);
+      decided[i] = decision(start_.judge(test));
+    });
+    Score out;
+    for (std::size_t i = 0; i < decided.size(); ++i) {
+      out.pv_swing = std::max(out.pv_swing, swing[i].pv_swing);
+      out.output_swing = std::max(out.output_swing, swing[i].output_swing);
+      const std::size_t truth = i / kTests;
+      if (i % kTests < kJudged) add_decision(decided[i], truth, weight_[truth] / kJudged, out);
     }
-    const double top = *std::max_element(score.begin(), score.end());
-    double sum = 0.0;
-    for (const double s : score) sum += std::exp(s - top);
-    for (std::size_t h = 0; h < score.size(); ++h) {
-      if (std::exp(score[h] - top) / sum >= kDecides) return h;
+    return out;
+  }
+
+  void add_swing(const Warm& warm, const Run& run, Score& out) const {
+    for (std::size_t k = 0; k < run.pv.size(); ++k) {
+      out.pv_swing = std::max(out.pv_swing, std::abs(run.pv[k] - start_.set_point));
+      out.output_swing = std::max(out.output_swing, std::abs(run.co[k] - warm.co.back()));
+    }
+  }
+  void add_decision(std::size_t decided, std::size_t truth, double share, Score& out) const {
+    if (decided == explanations_.size()) return;
+    (decided == truth ? out.right : out.wrong) += share;
+  }
+
+  // The explanation that reaches kDecides; explanations_.size(): none does.
+  std::size_t decision(const std::vector<double>& probability) const {
+    for (std::size_t h = 0; h < probability.size(); ++h) {
+      if (probability[h] >= kDecides) return h;
     }
     return explanations_.size();
   }
 
-  TestPlan described(const Move& move, const Score& s, double share) const {
+  std::size_t by_samples(const Warm& warm, const Run& run) const {
+    std::vector<double> co = warm.co;
+    co.insert(co.end(), run.co.begin(), run.co.end());
+    const TestEvidence evidence(model_, std::move(co), warm.co.size(), start_.noise_rms,
+                                start_.disturbance, start_.law_error);
+    std::vector<double> score;
+    for (std::size_t h = 0; h < explanations_.size(); ++h) {
+      std::vector<double> of_samples;
+      for (const Rival& rival : warm.rivals[h]) {
+        plant::Plant plant = rival.plant;
+        std::vector<double> error = rival.error;
+        for (std::size_t k = 0; k < run.co.size(); ++k) {
+          error.push_back(run.pv[k] - plant.process_variable());
+          plant.step(run.co[k]);
+        }
+        of_samples.push_back(evidence.log_likelihood(std::move(error)));
+      }
+      score.push_back(std::log(weight_[h]) + log_mean(of_samples));
+    }
+    const double all = log_mean(score) + std::log(static_cast<double>(score.size()));
+    for (double& v : score) v = std::exp(v - all);
+    return decision(score);
+  }
+
+  TestPlan described(const Tried& tried, double share) const {
+    const Move& move = tried.move;
+    const Score& s = *tried.all;
     TestPlan plan{.move = move,
                   .duration_s = duration_s(move),
                   .probability_right = s.right,
@@ -318,14 +428,12 @@ class Planner {
     for (std::size_t h = 0; h < explanations_.size(); ++h) {
       std::vector<Run> runs;
       for (std::size_t i = 0; i < kTests; ++i) {
-        runs.push_back(simulate(sample_of(h, i), move, 1000 * h + i + 1));
+        runs.push_back(simulate(*warm_[h * kTests + i], move));
       }
       Predicted band;
       std::vector<double> values(runs.size());
       for (std::size_t k = 0; k < count; ++k) {
-        for (std::size_t i = 0; i < runs.size(); ++i) {
-          values[i] = runs[i].pv[std::min(runs[i].begin + k, runs[i].pv.size() - 1)];
-        }
+        for (std::size_t i = 0; i < runs.size(); ++i) values[i] = runs[i].pv[k];
         band.low.push_back(numeric::quantile(values, 0.05));
         band.middle.push_back(numeric::quantile(values, 0.5));
         band.high.push_back(numeric::quantile(values, 0.95));
@@ -335,22 +443,6 @@ class Planner {
     return plan;
   }
 
-  std::string why_not(const std::optional<TestPlan>& best) const {
-    const double most = 100.0 * start_.most_pv_share;
-    if (!best) {
-      return numeric::text("Every move that was tried moves PV by more than %.3g %% of its span.",
-                           most);
-    }
-    return numeric::text(
-        "The best move within %.3g %% of the PV span decides with probability %.2f, less than "
-        "%.2g. "
-        "%s",
-        most, best->probability_right, kWanted,
-        start_.disturbance * std::sqrt(answer_s_) > start_.noise_rms
-            ? "The disturbance hides the difference."
-            : "The explanations predict nearly the same PV.");
-  }
-
   const std::vector<Explanation>& explanations_;
   const TestStart& start_;
   const numeric::ParallelFor& parallel_;
@@ -358,6 +450,7 @@ class Planner {
   double pv_span_;   // PV units
   double answer_s_;  // s
   std::vector<double> weight_;
+  std::vector<std::shared_ptr<const Warm>> warm_;  // kTests of each explanation
 };
 
 }  // namespace

@@ -23,11 +23,13 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "model/estimator/blocks.hpp"
 #include "model/numeric/parallel.hpp"
 #include "model/plant/loop_model.hpp"
 
@@ -81,6 +83,9 @@ struct TestStart {
   double law_error = 0.0;              // PV units: of the explanations themselves
   double most_pv_share = 0.05;         // of the span of PV: largest class that is allowed
   double longest_s = 1800.0;
+  // Probabilities of the explanations after the record of a test, which starts some answer times
+  // before the move. Empty: the samples of the explanations judge a test.
+  std::function<std::vector<double>(const Observed& test)> judge{};
 };
 
 // PV of one explanation during a test: 90 % of its simulated tests.
@@ -108,6 +113,8 @@ struct Planned {
   // Without a plan: a sentence, and the best test that was found.
   std::string why_not;
   std::optional<TestPlan> best;
+  // Without a plan: a test that would decide, outside the limits, with sizes of up to 20 %.
+  std::optional<TestPlan> beyond;
 };
 
 // `explanations`: at least two, with samples of the same sample time.

@@ -15,7 +15,7 @@
 namespace loopwarden::gap {
 
 // `explanations`: likeliest first; those with a probability below estimator::kCompetes are left
-// out. Sets `next_test` or `why_no_test` of the result.
+// out. `start.judge`, if any, judges all of them. Sets `next_test` or `why_no_test` of the result.
 void plan_next_test(const std::vector<estimator::Explanation>& explanations,
                     const estimator::TestStart& start, const numeric::ParallelFor& parallel,
                     Result& result);

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <utility>
 #include <vector>
 
 #include "workbench/report/chart.hpp"
@@ -17,21 +18,14 @@ namespace {
 
 using estimator::TestPlan;
 
-constexpr std::size_t kColumns = 150;  // of a drawing: the noise of single samples hides the bands
-constexpr double kWidth = 480.0;       // legible on a phone
-constexpr std::array<const char*, 3> kColours{palette::kBlue, palette::kVermilion, palette::kGreen};
+constexpr std::size_t kDrawnColumns =
+    150;                               // of a drawing: the noise of single samples hides the bands
+constexpr double kDrawnWidth = 480.0;  // legible on a phone
+constexpr std::array<const char*, 3> kExplanationColours{palette::kBlue, palette::kVermilion,
+                                                         palette::kGreen};
 
 std::vector<double> columns_of(const std::vector<double>& values) {
-  const std::size_t count = std::min(kColumns, values.size());
-  std::vector<double> means;
-  for (std::size_t c = 0; c < count; ++c) {
-    const std::size_t from = c * values.size() / count;
-    const std::size_t to = (c + 1) * values.size() / count;
-    double sum = 0.0;
-    for (std::size_t k = from; k < to; ++k) sum += values[k];
-    means.push_back(sum / static_cast<double>(to - from));
-  }
-  return means;
+  return means_of(values, kDrawnColumns);
 }
 
 Chart move_chart(const TestPlan& plan) {
@@ -39,8 +33,12 @@ Chart move_chart(const TestPlan& plan) {
   Chart chart{.title = manual ? "The move of the output" : "The move of SP",
               .x_label = "s",
               .y_label = manual ? "CO units" : "PV units",
-              .width = kWidth};
-  chart.lines.push_back({manual ? "CO" : "SP", palette::kInk, plan.time_s, plan.moved});
+              .width = kDrawnWidth};
+  ChartLine line{manual ? "CO" : "SP", palette::kInk, plan.time_s, plan.moved};
+  // From the value before.
+  line.x.insert(line.x.begin(), 0.0);
+  line.y.insert(line.y.begin(), plan.moved.back());
+  chart.lines.push_back(std::move(line));
   return chart;
 }
 
@@ -49,11 +47,12 @@ Chart predicted_chart(const gap::NextTest& test) {
   Chart chart{.title = "Expected PV; shaded: 90 % of the tests",
               .x_label = "s",
               .y_label = "PV units",
-              .width = kWidth};
+              .width = kDrawnWidth,
+              .x_range = PlotRange{0.0, plan.duration_s}};
   const std::vector<double> time = columns_of(plan.time_s);
   for (std::size_t i = 0; i < test.explanations.size(); ++i) {
     const estimator::Predicted& band = plan.predicted[i];
-    const std::string colour = kColours[i % kColours.size()];
+    const std::string colour = kExplanationColours[i % kExplanationColours.size()];
     chart.areas.push_back({colour, time, columns_of(band.low), columns_of(band.high)});
     chart.lines.push_back(
         {title_of(test.explanations[i].effects), colour, time, columns_of(band.middle)});

@@ -198,7 +198,12 @@ std::string look_at(Setup& setup, const protocol::Probe& link, const Point& poin
   dialogue.say(fmt::format("  {} = {:.5g} {}", in_words(now), value, unit));
   const bool insists = said == before || (said.where == before.where && before.scale.empty());
   if (insists) return {};
-  if (is_float && is_no_measurement(now.raw)) return in_words(now) + " is no measured value";
+  // The halves of two numbers, read as one, are often close to 0.
+  constexpr double kLeastShare = 1e-6;
+  const bool tiny = value != 0.0 && std::abs(value) < kLeastShare * (range.second - range.first);
+  if (is_float && (tiny || is_no_measurement(now.raw))) {
+    return in_words(now) + " is no measured value";
+  }
   return outside(value, range, unit);
 }
 

@@ -131,11 +131,11 @@ std::string section_html(const json& changes, const Change& change) {
 
 // Draws the number of an area's loops with each change as adjacent bars.
 std::string bar_html(const json& area, int most) {
-  constexpr double kBarLength = 240.0;
+  constexpr double kBarsWidth = 240.0;
   std::string bars;
   double x = 0.0;
   for (const char* change : {"new", "worse", "same", "better", "gone"}) {
-    const double width = kBarLength * area.at(change).get<double>() / most;
+    const double width = kBarsWidth * area.at(change).get<double>() / most;
     if (width > 0.0) {
       bars += fmt::format("<rect class=\"{}\" x=\"{:.1f}\" width=\"{:.1f}\" height=\"12\"/>",
                           change, x, std::max(width - 1.0, 0.5));
@@ -143,7 +143,7 @@ std::string bar_html(const json& area, int most) {
     x += width;
   }
   return fmt::format("<svg class=\"bar\" viewBox=\"0 0 {:g} 12\" aria-hidden=\"true\">{}</svg>",
-                     kBarLength, bars);
+                     kBarsWidth, bars);
 }
 
 std::string areas_html(const json& changes) {

@@ -6,9 +6,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <span>
 #include <string>
 #include <utility>
 
+#include "model/numeric/statistics.hpp"
 #include "workbench/text/posterior_bars.hpp"
 
 namespace loopwarden::workbench {
@@ -66,9 +68,21 @@ std::string test_sentence(const TestPlan& plan) {
 std::string expected_sentence(const TestPlan& plan) {
   return fmt::format(
       "It decides rightly with probability {:.2f} and wrongly with {:.2f}, takes {}, and moves PV "
-      "by at most {:.3g} PV units and CO by {:.3g} CO units.",
+      "by at most {:.3g} PV units and CO by {:.3g} CO units. Permission: {} (PV within {:.0f} % of "
+      "its span).",
       plan.probability_right, plan.probability_wrong, time_text(plan.duration_s), plan.pv_swing,
-      plan.output_swing);
+      plan.output_swing, allowed_by(plan.class_share), 100.0 * plan.class_share);
+}
+
+std::vector<double> means_of(const std::vector<double>& values, std::size_t count) {
+  count = std::min(count, values.size());
+  std::vector<double> means;
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::size_t from = i * values.size() / count;
+    const std::size_t to = (i + 1) * values.size() / count;
+    means.push_back(numeric::mean(std::span(values).subspan(from, to - from)));
+  }
+  return means;
 }
 
 std::vector<std::array<double, 2>> outcomes_of(const TestPlan& plan) {
@@ -90,15 +104,20 @@ const char* allowed_by(double pv_share) {
 
 std::string decision_sentence(const gap::NextTest& test) {
   const TestPlan& plan = test.plan;
-  // The moment at which the explanations differ most.
+  // The moment at which the explanations differ most, apart from noise.
+  constexpr std::size_t kMoments = 40;
+  std::vector<std::vector<double>> pv;
+  for (const estimator::Predicted& one : plan.predicted)
+    pv.push_back(means_of(one.middle, kMoments));
+  const std::vector<double> times = means_of(plan.time_s, kMoments);
   std::size_t telling = 0;
   double most = -1.0;
-  for (std::size_t k = 0; k < plan.time_s.size(); ++k) {
-    double low = plan.predicted.front().middle[k];
+  for (std::size_t k = 0; k < times.size(); ++k) {
+    double low = pv.front()[k];
     double high = low;
-    for (const estimator::Predicted& one : plan.predicted) {
-      low = std::min(low, one.middle[k]);
-      high = std::max(high, one.middle[k]);
+    for (const std::vector<double>& one : pv) {
+      low = std::min(low, one[k]);
+      high = std::max(high, one[k]);
     }
     if (high - low > most) {
       most = high - low;
@@ -110,11 +129,10 @@ std::string decision_sentence(const gap::NextTest& test) {
   for (std::size_t i = 0; i < test.explanations.size(); ++i) {
     const std::string name = title_of(test.explanations[i].effects);
     names += (i == 0 ? "" : i + 1 == test.explanations.size() ? " and " : ", ") + name;
-    outcomes += fmt::format("{}{:.4g} with {}", i == 0 ? "" : ", ",
-                            plan.predicted[i].middle[telling], name);
+    outcomes += fmt::format("{}{:.4g} with {}", i == 0 ? "" : ", ", pv[i][telling], name);
   }
   return fmt::format("To decide between {}: {} Expected PV {} after the start: {}.", names,
-                     test_sentence(plan), time_text(plan.time_s[telling]), outcomes);
+                     test_sentence(plan), time_text(times[telling]), outcomes);
 }
 
 std::string next_class_sentence(const gap::NextTest& test) {

@@ -19,6 +19,8 @@ std::string test_sentence(const estimator::TestPlan& plan);
 std::string decision_sentence(const gap::NextTest& test);
 // How often it decides, and how far PV and CO move.
 std::string expected_sentence(const estimator::TestPlan& plan);
+// Means of `values` over at most `count` stretches of equal length.
+std::vector<double> means_of(const std::vector<double>& values, std::size_t count);
 // Changes of PV from the start of the test, PV units: the largest one, and the one at the end.
 // Median of each explanation.
 std::vector<std::array<double, 2>> outcomes_of(const estimator::TestPlan& plan);

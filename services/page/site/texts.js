@@ -80,7 +80,7 @@ const en = {
   haste: {now: 'act now', shift: 'act in this shift', soon: 'act soon', plan: 'plan'},
   values: {pv: 'PV', sp: 'SP', co: 'CO', stem: 'Stem'},
   flags: {at_low: 'output at its low limit', at_high: 'output at its high limit', rate_limited: 'output rate limited',
-    output_lost: 'output does not reach the valve', jacket_acts: 'jacket acts', compensator_acts: 'compensator acts'},
+    output_lost: 'output does not reach the valve', jacket_acts: 'jacket corrects CO', compensator_acts: 'compensator moves CO'},
   overview: {
     title: 'Overview', search: 'Search', searchHint: 'tag, description', show: 'Show', as: 'As', tiles: 'Tiles', table: 'Table', sort: 'Order',
     filters: {all: 'All', abnormal: 'Abnormal', alarm: 'Alarm', fault: 'Fault', manual: 'Not automatic', condition: 'Condition < 50'},

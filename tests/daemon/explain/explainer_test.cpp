@@ -29,6 +29,7 @@ using alarm::AlarmKind;
 constexpr const char* kExplanation = R"({"alarm": "stiction", "final_name": "model_gap",
   "raised_ms": 1, "ended_ms": 2, "verdict": "missing_effect", "gap_closed": 0.97, "agrees": true,
   "from_s": -120.0, "to_s": 300.0, "sentence": "The gain has changed.",
+  "next_test": {"text": "To decide: move SP."},
   "first": {"name": "gain_change", "number": 7, "size_percent": null, "low_percent": null,
             "high_percent": null, "confidence": 0.94, "alternatives": ["leakage"],
             "remedy": "Find out why."}, "effects": []})";

@@ -58,6 +58,7 @@ Explanation why() {
           .alternatives = {"hysteresis"},
           .sentence = "Play of 4.5 %.",
           .remedy = "Look at the linkage.",
+          .next_test = "To decide: move SP.",
           .folder = "/state/evidence/one"};
 }
 

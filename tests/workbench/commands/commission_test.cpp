@@ -191,6 +191,7 @@ TEST_CASE("an alarm's evidence is explained in its folder", "[commission][explai
   CHECK(said.at("final_name") == (sure ? json("model_gap") : json()));
   CHECK(said.at("agrees") == sure);
   CHECK(fs::exists(bench.folder / "e/report.html"));
+  CHECK(said.at("next_test").is_null() != fs::exists(bench.folder / "e/next_test.yaml"));
 }
 
 TEST_CASE("a record that can't be commissioned gives the reason and its exit code",

@@ -450,6 +450,16 @@ TEST_CASE("a register whose value is out of range is asked for again", "[setup]"
     CHECK(s.person.told("is no measured value"));
     CHECK(s.state.answers().at("pv.register") == "1 input 14 f32");
   }
+  SECTION("a floating-point number far below the range, read across two numbers") {
+    s.state.answer("pv.register", "1 input 12 f32");
+    s.state.answer("pv.scale", "none");
+    wrong = {4.17e-8};
+    right = {11.2};
+    s.person.lines = {"1 input 14 f32", "none"};
+    CHECK(find_devices(s.all) == Outcome::done);
+    CHECK(s.person.told("is no measured value"));
+    CHECK(s.state.answers().at("pv.register") == "1 input 14 f32");
+  }
   SECTION("a displayed value out of range is refused") {
     s.state.answer("pv.scale", "live");
     wrong = {4000.0};

@@ -5,7 +5,7 @@ import {el, icon, setAttribute, setText, unit, unseen} from '../lib/dom.js';
 import {NONE, decimalsFor, fixed} from '../lib/format.js';
 import {live} from '../lib/live.js';
 import {recall, remember} from '../lib/memory.js';
-import {behindOutage, priority, waits} from '../lib/codes.js';
+import {FLAGS, behindOutage, priority, waits} from '../lib/codes.js';
 import {FILTERS, arranged, counts} from '../lib/order.js';
 import {draw} from '../lib/spark.js';
 import {modeOf, ne107Of, stateOf} from '../lib/state.js';
@@ -29,6 +29,7 @@ class Item {
     this.sign = el('span', {class: 'sign'});
     this.state = el('span', {class: 'state'}, this.sign, this.words);
     this.inFile = el('span', {class: 'soft small', hidden: true}, texts.tuning.notInFile);
+    this.acts = el('span', {class: 'small acting', hidden: true});
     this.commissioned = el('span', {class: 'small', hidden: true}, texts.commissioning.on);
     this.ne107 = el('span', {class: 'ne107'});
     this.condition = el('span', {class: 'value'}, NONE);
@@ -43,7 +44,7 @@ class Item {
       el('span', {class: 'second'}, el('span', {class: 'about'}, loop.description ?? ''), el('span', {class: 'cond'}, el('span', {class: 'name'}, t.conditionShort), this.condition)),
       el('span', {class: 'numbers'}, pair('pv', texts.values.pv, loop.pv_unit), pair('sp', texts.values.sp, null), pair('co', texts.values.co, loop.co_unit)),
       this.canvas,
-      el('span', {class: 'foot'}, this.state, this.commissioned, this.inFile)));
+      el('span', {class: 'foot'}, this.state, this.acts, this.commissioned, this.inFile)));
   }
 
   #row() {
@@ -51,7 +52,7 @@ class Item {
     const number = (name, u) => el('td', {role: 'cell', class: 'number', 'data-head': texts.values[name]}, this.values[name], unit(u));
     return el('tr', {role: 'row', class: 'line'},
       el('th', {scope: 'row', role: 'rowheader'}, el('a', {href: loopHref(loop.tag)}, loop.tag), el('span', {class: 'about'}, loop.description ?? '')),
-      el('td', {role: 'cell', class: 'how'}, this.ne107, this.state, this.commissioned, this.inFile), cell(this.mode), number('pv', loop.pv_unit), number('sp', loop.pv_unit), number('co', loop.co_unit),
+      el('td', {role: 'cell', class: 'how'}, this.ne107, this.state, this.acts, this.commissioned, this.inFile), cell(this.mode), number('pv', loop.pv_unit), number('sp', loop.pv_unit), number('co', loop.co_unit),
       el('td', {role: 'cell', class: 'number condition', 'data-head': t.condition}, this.condition), el('td', {role: 'cell', class: 'trend'}, this.canvas, unseen(t.spark)));
   }
 
@@ -71,6 +72,9 @@ class Item {
     }
     setAttribute(this.state, 'class', `state ${look}`.trim());
     setAttribute(this.node, 'data-look', look || null);
+    const acts = ['jacket_acts', 'compensator_acts'].filter((name) => o.flags[i] & FLAGS[name]).map((name) => texts.flags[name]).join(', ');
+    this.acts.hidden = !acts;
+    setText(this.acts, acts);
     this.commissioned.hidden = !o.commissioned?.[i];
     this.inFile.hidden = !o.not_in_file?.[i];
     const [letter, meaning] = ne107Of(o, i, Boolean(live.stale));
