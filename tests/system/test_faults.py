@@ -82,8 +82,9 @@ def wait(seconds, true):
 
 def settle(daemon):
     daemon.ask({"request": "set", "loop": TAG, "mode": "auto", "set_point": SP})
-    if not wait(120.0, lambda: state(daemon)["mode"] == "AUTO" and state(daemon)["sp"] == SP
-                and abs(state(daemon)["pv"] - SP) < 0.1 and state(daemon)["commissioning"] is None):
+    if not wait(120.0, lambda: state(daemon).get("mode") == "AUTO" and state(daemon)["sp"] == SP
+                and abs(state(daemon)["pv"] - SP) < 0.1 and state(daemon)["commissioning"] is None
+                and not any(alarm["active"] for alarm in state(daemon)["alarms"].values())):
         raise SystemExit("the loop does not settle: " + str(state(daemon)))
 
 
@@ -127,7 +128,8 @@ def difference(daemon, plan, kind, at, by_output):
     code = terminal.end()
     if (kind in ("none", "second test", "reload")) != (code == 0 or b"record.csv" in terminal.shown):
         return f"exit code {code}: {terminal.shown.decode(errors='replace')[-300:]}"
-    if not wait(80.0, lambda: state(daemon)["commissioning"] is None):
+    if not wait(80.0, lambda: state(daemon)["commissioning"] is None
+                and not any(alarm["active"] for alarm in state(daemon)["alarms"].values())):
         return "the loop is still out of service"
     time.sleep(1.0)
     now = state(daemon)
