@@ -67,6 +67,7 @@ struct BandEvidence {
   double low = 0.0;       // CO units, 5 % of the likelihood is below
   double high = 0.0;      // CO units, 5 % of the likelihood is above
   double share = 0.0;     // band over the movement of CO
+  double movement = 0.0;  // of CO, CO units
   double gain = 0.0;      // PV units per CO unit; for an integrating process per sample too
   double pole = 0.0;      // per sample
   std::size_t delay = 0;  // samples
