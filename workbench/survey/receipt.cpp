@@ -121,9 +121,9 @@ json side_json(const Side& side, const diagnosis::Diagnosis& like, double co_spa
                {"verdict", diagnosis::to_text(like.verdict)},
                {"effect", valve ? json(diagnosis::to_text(like.cause)) : json(nullptr)},
                {"band_percent", valve ? finite_or_null(percent * like.s) : json(nullptr)},
-               {"band_interval_percent",
-                valve ? json{finite_or_null(percent * like.s_low), finite_or_null(percent * like.s_high)}
-                      : json(nullptr)},
+               {"band_interval_percent", valve ? json{finite_or_null(percent * like.s_low),
+                                                      finite_or_null(percent * like.s_high)}
+                                               : json(nullptr)},
                {"rms", finite_or_null(side.figures.error)},
                {"swing", finite_or_null(side.swing)},
                {"period_s", like.oscillating ? finite_or_null(like.period_s) : json(nullptr)},
@@ -159,7 +159,7 @@ json saving_json(const ReceiptInput& input, const Side& before, const Side& afte
 
 // Draws PV, SP and CO of a record, to the same ranges on both sides.
 std::string receipt_trend(const record::Record& r, const PlotRange& pv, const PlotRange& co,
-                  const std::string& title, double left) {
+                          const std::string& title, double left) {
   constexpr double kWidth = 480.0;
   constexpr double kHeight = 150.0;
   constexpr std::size_t kColumns = 300;
@@ -255,7 +255,9 @@ std::string saving_sentence(const json& r) {
 
 std::string result_words(const json& r) {
   const auto result = r.at("result").get<std::string>();
-  return result == "repaired" ? "repaired" : result == "not_repaired" ? "NOT repaired" : "can't tell";
+  return result == "repaired"       ? "repaired"
+         : result == "not_repaired" ? "NOT repaired"
+                                    : "can't tell";
 }
 
 constexpr const char* kReceiptStyle = R"(

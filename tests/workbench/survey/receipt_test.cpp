@@ -10,8 +10,8 @@
 namespace loopwarden::tests::receipt_test {
 namespace {
 
-using nlohmann::json;
 using Catch::Contains;
+using nlohmann::json;
 
 // A loop at 1 s. `s`: band of the sticking valve; `load`: intensity of the disturbance.
 void simulate(const TemporaryFolder& folder, const std::string& name, double s, double load,
