@@ -190,10 +190,11 @@ class Estimator {
       Likelihood::Work work;
       Member best = fit.population.top();
       best.log_likelihood = likelihood.of(fit.hypothesis, best.z, work);
-      const std::size_t step =
-          std::max<std::size_t>(1, fit.population.members.size() / kReweighted);
-      for (std::size_t i = 0; i < fit.population.members.size(); i += step) {
-        const Member& member = fit.population.members[i];
+      // The first half are samples of the explanation, from which a test may be simulated.
+      const std::vector<Member>& members = fit.population.members;
+      const std::size_t step = std::max<std::size_t>(1, members.size() / (2 * kReweighted));
+      for (std::size_t i = members.size() / 2; i < members.size(); i += step) {
+        const Member& member = members[i];
         const double l = likelihood.of(fit.hypothesis, member.z, work);
         if (l > best.log_likelihood) best = {member.z, l};
       }
