@@ -22,7 +22,7 @@ using estimator::Observed;
 constexpr std::array<double, 5> kSplits{0.3, 0.4, 0.5, 0.6, 0.7};  // of the record
 constexpr double kReversal = 0.3;                                  // of the range of CO
 constexpr double kMost = 60.0;                                     // answer times of a move
-constexpr std::size_t kSimulated = 10;                             // of each explanation
+constexpr std::size_t kSimulated = 8;                              // of each explanation
 
 // Sample at which the second reversal of CO after `begin` is seen.
 std::size_t end_of_move(const Observed& o, std::size_t begin, double answer_s) {
@@ -77,25 +77,20 @@ class NaturalMove {
     before_ = lead(loop.observed.pv, begin + 2);
   }
 
-  // Mean over simulated moves, by the probabilities of the explanations.
-  double predicted() const {
+  // Mean over simulated moves of explanation `truth`.
+  double predicted(std::size_t truth) const {
+    const auto& samples = estimate_.explanations[truth].samples;
     double sum = 0.0;
-    double all = 0.0;
-    for (std::size_t h = 0; h < 2; ++h) all += estimate_.explanations[h].probability;
-    for (std::size_t h = 0; h < 2; ++h) {
-      const Explanation& truth = estimate_.explanations[h];
-      const double share = truth.probability / all / static_cast<double>(kSimulated);
-      for (std::size_t i = 0; i < kSimulated; ++i) {
-        plant::LoopModel model = truth.samples[i % truth.samples.size()];
-        model.transmitter.noise = start_.noise_rms;
-        if (start_.disturbance > 0.0) {
-          model.disturbances.push_back(
-              {"random_load", {{"intensity", start_.disturbance}, {"time_constant", 300.0}}});
-        }
-        sum += share * brought(free_run(model, loop_.observed.co, end_, 1000 * h + i + 1));
+    for (std::size_t i = 0; i < kSimulated; ++i) {
+      plant::LoopModel model = samples[i % samples.size()];
+      model.transmitter.noise = start_.noise_rms;
+      if (start_.disturbance > 0.0) {
+        model.disturbances.push_back(
+            {"random_load", {{"intensity", start_.disturbance}, {"time_constant", 300.0}}});
       }
+      sum += brought(free_run(model, loop_.observed.co, end_, 1000 * truth + i + 1));
     }
-    return sum;
+    return sum / static_cast<double>(kSimulated);
   }
   // Of the measured move.
   double measured() const { return brought(loop_.observed.pv); }
@@ -139,7 +134,7 @@ void print_fit(const char* what, const std::vector<double>& x, const std::vector
 }  // namespace
 
 int study_measured(const std::vector<std::string>& folders) {
-  std::vector<double> predicted, by_samples, predicted_too, by_estimator;
+  std::vector<double> predicted, by_members, predicted_too, by_estimator;
   for (const std::string& folder : folders) {
     const Loop loop = read_loop(folder);
     const double answer_s = std::max(plant::answer_s(loop.model), loop.observed.period_s);
@@ -156,10 +151,10 @@ int study_measured(const std::vector<std::string>& folders) {
       const NaturalMove move(loop, before, begin, end);
       const Estimate after = estimator::estimate(first_part(loop.observed, end), loop.model,
                                                  {.most_effects = 1, .fitted = end}, one_thread);
-      const auto& a = before.explanations[0];
-      const auto& b = before.explanations[1];
-      predicted.push_back(move.predicted());
-      by_samples.push_back(move.measured());
+      const Explanation& a = before.explanations[0];
+      const Explanation& b = before.explanations[1];
+      predicted.push_back(move.predicted(0));
+      by_members.push_back(move.measured());
       const auto a0 = log_likelihood_of(before, a.effects);
       const auto b0 = log_likelihood_of(before, b.effects);
       const auto a1 = log_likelihood_of(after, a.effects);
@@ -171,14 +166,15 @@ int study_measured(const std::vector<std::string>& folders) {
         by_estimator.push_back(brought);
       }
       fmt::print(
-          "{:<28} {:5} to {:5}  {} {:.2f} / {} {:.2f}  predicted {:.1f}, brought {:.1f}, estimator "
-          "{:.1f}\n",
-          folder, begin, end, title(a.effects), a.probability, title(b.effects), b.probability,
-          predicted.back(), by_samples.back(), brought);
+          "{:<20} {:5} to {:5}  {} {:.2f} / {} {:.2f}  predicted {:.1f} or {:.1f}, brought {:.1f}, "
+          "estimator {:.1f}\n",
+          std::filesystem::path(folder).filename().string(), begin, end, title(a.effects),
+          a.probability, title(b.effects), b.probability, predicted.back(), move.predicted(1),
+          by_members.back(), brought);
       std::fflush(stdout);
     }
   }
-  if (predicted.size() > 2) print_fit("by the members", predicted, by_samples);
+  if (predicted.size() > 2) print_fit("by the members", predicted, by_members);
   if (by_estimator.size() > 2) print_fit("by the estimator", predicted_too, by_estimator);
   return 0;
 }

@@ -164,11 +164,18 @@ class Case {
              {"other", judged.other},
              {"likeliest_other", judged.likeliest_other},
              {"explained", judged.explained}};
-    const auto top = std::max_element(judged.probability.begin(), judged.probability.end());
-    const auto index = static_cast<std::size_t>(top - judged.probability.begin());
-    const bool right = accepted(one_, explanations_[index].effects);
-    out["decision"] = judged.decided < 0 ? "undecided" : right ? "right" : "wrong";
-    out["without_floor"] = *top < estimator::kDecides ? "undecided" : right ? "right" : "wrong";
+    // The estimator may find another name than those that competed.
+    Names found = judged.likeliest_other;
+    double probability = judged.other;
+    for (std::size_t i = 0; i < names.size(); ++i) {
+      if (judged.probability[i] <= probability) continue;
+      probability = judged.probability[i];
+      found = names[i];
+    }
+    const bool decides = probability >= estimator::kDecides;
+    const char* decision = accepted(one_, found) ? "right" : "wrong";
+    out["decision"] = decides && judged.explained ? decision : "undecided";
+    out["without_floor"] = decides ? decision : "undecided";
     return out;
   }
 

@@ -36,7 +36,7 @@ struct Arguments {
   std::string kinds = "single,none,pair";
   std::uint64_t seed = 0;
   std::size_t count = 10;
-  std::size_t samples = 1200;
+  std::size_t samples = 900;
   std::size_t fixed = 0;
   bool load = false;
 };

@@ -22,13 +22,14 @@ constexpr std::size_t kAllowedSizes = 7;
 constexpr std::array<double, 3> kHolds{3.0, 8.0, 20.0};  // answer times
 constexpr double kWanted = 0.9;                          // probability of a right decision
 constexpr double kWarmUp = 20.0;                         // answer times before the move
-constexpr std::size_t kRivals = 6;                       // samples that judge a simulated test
-constexpr std::size_t kFirstTests = 6;                   // of each explanation
+constexpr std::size_t kRivals = 4;                       // samples that judge a simulated test
+constexpr std::size_t kFirstTests = 5;                   // of each explanation
 constexpr std::size_t kTests = 50;
 constexpr double kFirstError = 0.1;  // of the share of right decisions after the first tests
-constexpr std::size_t kJudged = 12;  // of each explanation, if the estimator judges them
+constexpr std::size_t kJudged = 10;  // of each explanation, if the estimator judges them
 constexpr double kOwnError = 0.35;   // the same if the estimator, which knows more, judges later
-constexpr std::size_t kMostChecked = 6;  // moves of a class with all tests
+constexpr std::size_t kMostChecked = 4;  // moves of a class with all tests
+constexpr std::size_t kMostBeyond = 3;   // the same outside the limits
 constexpr std::size_t kLargerTried = 1;  // sizes after the first one that seems to decide
 constexpr double kReturns_s = 300.0;
 constexpr double kNextGain = 0.02;  // more right decisions that make the next class worth naming
@@ -85,11 +86,16 @@ class Planner {
     for (const Explanation& e : explanations_) weight_.push_back(e.probability / sum);
     warm_.resize(explanations_.size() * kTests);
     parallel_(warm_.size(), [&](std::size_t i) { warm_[i] = warmed(i / kTests, i % kTests); });
+    for (const auto& warm : warm_) {
+      for (const double pv : warm->pv) {
+        idle_swing_ = std::max(idle_swing_, std::abs(pv - start_.set_point));
+      }
+    }
   }
 
   Planned plan() {
     Planned out;
-    std::vector<Tried> tried = try_moves(kAllowedSizes);
+    std::vector<Tried> tried = try_moves(0, kAllowedSizes);
     for (const double share : kClasses) {
       if (share > start_.most_pv_share + 1e-9) break;
       const Tried* best = cheapest(tried, share, out.plan ? 1.0 : kWanted);
@@ -105,7 +111,7 @@ class Planner {
         out.best = described(*best, share);
       }
     }
-    if (!out.plan) explain_refusal(out);
+    if (!out.plan) explain_refusal(tried, out);
     return out;
   }
 
@@ -130,19 +136,19 @@ class Planner {
     return true;
   }
 
-  // The first tests of moves from small to large, up to `sizes` of kSizes. A kind of move ends at
+  // The first tests of moves with sizes `from` to `to` of kSizes. A kind of move ends at
   // the largest class, or soon after it decides, because larger ones cost more.
-  std::vector<Tried> try_moves(std::size_t sizes) const {
+  std::vector<Tried> try_moves(std::size_t from, std::size_t to) const {
     std::vector<std::vector<Tried>> by(kKinds.size() * kHolds.size());
     parallel_(by.size(), [&](std::size_t i) {
       std::size_t decide = 0;
-      for (std::size_t size = 0; size < sizes && decide <= kLargerTried; ++size) {
+      for (std::size_t size = from; size < to && decide <= kLargerTried; ++size) {
         const std::optional<Move> move =
             move_of(kKinds[i / kHolds.size()], kSizes[size], kHolds[i % kHolds.size()]);
         if (!move) continue;
         const Score s = score(*move, kFirstTests);
-        if (sizes == kAllowedSizes && s.pv_swing > start_.most_pv_share * pv_span_) break;
         by[i].push_back({*move, s});
+        if (to == kAllowedSizes && added(s) > start_.most_pv_share) break;
         if (s.right >= kWanted) ++decide;
       }
     });
@@ -154,11 +160,10 @@ class Planner {
   // The cheapest move whose PV stays within `share` of the span and that decides with probability
   // `wanted`; otherwise the one that decides most often. In automatic first.
   const Tried* cheapest(std::vector<Tried>& tried, double share, double wanted) const {
-    const double most = share * pv_span_;
     std::vector<Tried*> within;
     double highest = 0.0;  // share of right decisions
     for (Tried& t : tried) {
-      if (t.first.pv_swing > most || (t.all && t.all->pv_swing > most)) continue;
+      if (added(t.first) > share || (t.all && added(*t.all) > share)) continue;
       within.push_back(&t);
       highest = std::max(highest, t.first.right);
     }
@@ -175,68 +180,80 @@ class Planner {
     for (std::size_t i = 0; i < within.size(); i += step) {
       Tried& t = *within[i];
       if (!t.all) t.all = judged(t.move);
-      if (t.all->pv_swing > most) continue;
+      if (added(*t.all) > share) continue;
       if (best == nullptr || t.all->right > best->all->right) best = &t;
       if (best->all->right >= wanted) break;
     }
     return best;
   }
 
+  // Deviation that the move adds to those without a move, of the span of PV.
+  double added(const Score& s) const { return (s.pv_swing - idle_swing_) / pv_span_; }
+
   double cost(const Tried& t) const {
-    return t.first.pv_swing / pv_span_ + 0.01 * duration_s(t.move) / start_.longest_s;
+    return std::max(0.0, added(t.first)) + 0.01 * duration_s(t.move) / start_.longest_s;
   }
 
   // Why no test decides, and a larger one that would.
-  void explain_refusal(Planned& out) {
+  void explain_refusal(const std::vector<Tried>& tried, Planned& out) const {
+    std::vector<Tried> larger = tried;
+    for (Tried& t : try_moves(kAllowedSizes, kSizes.size())) larger.push_back(std::move(t));
     const double most = 100.0 * start_.most_pv_share;
-    std::vector<Tried> larger = try_moves(kSizes.size());
-    std::erase_if(larger, [&](const Tried& t) { return t.first.right < kWanted - kFirstError; });
+    std::erase_if(larger, [&](const Tried& t) {
+      return t.first.right < kWanted - kFirstError || 100.0 * added(t.first) <= most;
+    });
     std::stable_sort(larger.begin(), larger.end(), [&](const Tried& a, const Tried& b) {
       return a.first.pv_swing < b.first.pv_swing;
     });
-    larger.resize(std::min(larger.size(), kMostChecked));
+    larger.resize(std::min(larger.size(), kMostBeyond));
     for (Tried& t : larger) {
-      t.all = judged(t.move);
+      if (!t.all) t.all = judged(t.move);
       if (t.all->right < kWanted) continue;
-      out.beyond = described(t, t.all->pv_swing / pv_span_);
+      out.beyond = described(t, added(*t.all));
       break;
     }
-    if (!out.best) {
-      out.why_not = numeric::text(
-          duration_s({MoveKind::set_point_pair, 1.0, kHolds[0] * answer_s_}) > start_.longest_s
-              ? "The loop is too slow: PV answers in %.3g s, and a test lasts at most %.3g s."
-              : "Every move that was tried moves PV by more than %.3g %% of its span.",
-          duration_s({MoveKind::set_point_pair, 1.0, kHolds[0] * answer_s_}) > start_.longest_s
-              ? answer_s_
-              : most,
-          start_.longest_s);
-    } else {
+    const Move shortest{MoveKind::set_point_pair, 1.0, kHolds[0] * answer_s_};
+    if (out.best) {
       out.why_not = numeric::text(
           "The best move within %.3g %% of the PV span decides with probability %.2f, less than "
           "%.2g. %s",
-          most, out.best->probability_right, kWanted, hides(out.best->move));
+          most, out.best->probability_right, kWanted, hides(tried));
+    } else if (duration_s(shortest) > start_.longest_s) {
+      out.why_not = numeric::text(
+          "The loop is too slow: the shortest move takes %.3g s, and a test at most %.3g s.",
+          duration_s(shortest), start_.longest_s);
+    } else {
+      out.why_not = numeric::text(
+          "Every move that was tried adds more than %.3g %% of the span to the deviations of PV.",
+          most);
     }
     if (out.beyond) {
       const Move& move = out.beyond->move;
       out.why_not += numeric::text(
-          " Outside these limits, a move of %s by %.3g would decide; PV would deviate by %.3g %% "
+          " Outside these limits, a move of %s by %.3g would decide; it moves PV by %.3g %% "
           "of its span.",
           in_manual(move.kind) ? "the output" : "SP", std::abs(move.size),
-          100.0 * out.beyond->pv_swing / pv_span_);
+          100.0 * out.beyond->class_share);
     }
   }
 
-  // The reason, by the same move without the disturbance.
-  const char* hides(const Move& move) {
-    if (start_.disturbance > 0.0) {
-      TestStart calm = start_;
-      calm.disturbance = 0.0;
-      calm.judge = {};
-      if (Planner(explanations_, calm, parallel_).judged(move).right >= kWanted) {
-        return "The disturbance hides the difference.";
-      }
-    }
-    return "The explanations predict nearly the same PV, because the effect is small.";
+  // The reason, by the largest moves without the disturbance.
+  const char* hides(std::vector<Tried> tried) const {
+    constexpr const char* kSmall =
+        "The explanations predict nearly the same PV, because the effect is small.";
+    if (!(start_.disturbance > 0.0)) return kSmall;
+    std::erase_if(tried, [&](const Tried& t) { return added(t.first) > start_.most_pv_share; });
+    std::stable_sort(tried.begin(), tried.end(), [](const Tried& a, const Tried& b) {
+      return a.first.pv_swing > b.first.pv_swing;
+    });
+    tried.resize(std::min(tried.size(), kMostChecked));
+    TestStart calm = start_;
+    calm.disturbance = 0.0;
+    const Planner without(explanations_, calm, parallel_);
+    const bool decides = std::any_of(tried.begin(), tried.end(), [&](const Tried& t) {
+      return without.score(t.move, kTests).right >= kWanted;
+    });
+    return decides ? "The disturbance hides the difference." : kSmall;
   }
 
   // A sample of an explanation as it would be measured.
@@ -447,8 +464,9 @@ class Planner {
   const TestStart& start_;
   const numeric::ParallelFor& parallel_;
   const plant::LoopModel& model_;
-  double pv_span_;   // PV units
-  double answer_s_;  // s
+  double pv_span_;           // PV units
+  double answer_s_;          // s
+  double idle_swing_ = 0.0;  // PV units, without a move
   std::vector<double> weight_;
   std::vector<std::shared_ptr<const Warm>> warm_;  // kTests of each explanation
 };

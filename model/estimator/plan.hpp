@@ -2,17 +2,19 @@
 // The smallest move of a loop that tells its explanations apart.
 //
 // Every explanation is simulated with samples of its posterior, with noise and disturbance, while
-// the loop moves. The record that a test would give is judged as a measured one: PV of a free run
-// of each explanation under this CO, whitened by the filter of the error (error_filter.hpp).
+// the loop moves. All moves are first judged by PV of free runs of samples under the same CO,
+// whitened by the filter of the error (test_evidence.hpp):
 //
 //   log p(record | explanation) = log mean over its samples of exp(-1/2 sum of innovations^2)
 //
-// A test decides if one explanation reaches 0.9. It is right if this is the simulated one.
+// The best moves are then judged by `judge`, which is the estimator itself.
+//
+// A test decides if one explanation reaches 0.95. It is right if this is the simulated one.
 //
 //   P(right) = sum over explanations of probability * share of its simulated tests that are right
 //
-// Moves are tried from small to large, within classes that plants use: PV deviates by at most 1 %
-// of its span (technician), 3 % (operator) or 5 % (test day). Moves of SP come first, because the
+// Moves are tried from small to large, within classes that plants use: the move adds at
+// most 1 % of the span of PV (technician), 3 % (operator) or 5 % (test day) to its deviations. Moves of SP come first, because the
 // loop stays in automatic; moves of the output in manual follow.
 //
 // Limits: the loop is taken to rest at its last SP, so what disturbs it now goes on at random.
@@ -37,8 +39,8 @@ namespace loopwarden::estimator {
 
 // Least probability of an explanation that a test has to tell from others. By hand.
 inline constexpr double kCompetes = 0.05;
-// Probability of one explanation at which a test decides. By hand.
-inline constexpr double kDecides = 0.9;
+// Probability of one explanation at which a test decides: the others no longer compete.
+inline constexpr double kDecides = 1.0 - kCompetes;
 
 struct Explanation {
   std::vector<std::string> effects;  // empty: nothing is missing
@@ -98,7 +100,7 @@ struct TestPlan {
   double duration_s = 0.0;
   double probability_right = 0.0;
   double probability_wrong = 0.0;
-  double class_share = 0.0;            // of the span of PV
+  double class_share = 0.0;            // of the span of PV, that the move adds
   double pv_swing = 0.0;               // PV units: largest deviation from SP before the test
   double output_swing = 0.0;           // CO units: largest deviation from the output before
   std::vector<double> time_s{};        // from the start of the test
