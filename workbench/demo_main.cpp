@@ -10,7 +10,7 @@ int run(int argc, char** argv) {
   Program program("loopwarden", "loopwarden - the commands of the workbench that ./demo runs",
                   "To build all commands: tools/install-packages build && cmake --preset release "
                   "&& cmake --build --preset release");
-  for (const auto add : {add_simulate, add_commission, add_demo}) add(program);
+  for (const auto add : {add_simulate, add_commission, add_explain, add_demo}) add(program);
   return program.run(argc, argv);
 }
 

@@ -26,6 +26,7 @@ int run(int argc, char** argv) {
   add_calm(app, exit_code);
   add_plant(app, exit_code);
   add_plant1(app, exit_code);
+  add_receipt(app, exit_code);
   add_specialist(app, exit_code);
   return workbench::run_program(app, exit_code, argc, argv);
 }

@@ -18,6 +18,7 @@ void add_identify(CLI::App& app, int& exit_code);
 void add_calm(CLI::App& app, int& exit_code);
 void add_plant(CLI::App& app, int& exit_code);
 void add_plant1(CLI::App& app, int& exit_code);
+void add_receipt(CLI::App& app, int& exit_code);
 void add_specialist(CLI::App& app, int& exit_code);
 
 }  // namespace loopwarden::lab

@@ -21,7 +21,6 @@ constexpr double kLeastNats = -300.0;         // of a likelihood that is summed
 // Bands in the span of CO of the planner, whose sizes are then 0.13 to 2.7 bands, one of them 1.6.
 constexpr double kBandsOfSpan = Limits::kCrossedBands / 0.03;
 constexpr double kByHand_s = 10.0;  // least sample time: steps by hand last at least three
-constexpr double kBeyond = 4.0;     // times the limits, for a test beyond them
 // Span of PV if its range is unknown: the least of these, and of gain times the span of CO.
 constexpr double kMostMoves = 20.0;      // times PV's movement, which a test then hardly exceeds
 constexpr double kMostMagnitudes = 2.0;  // times the highest PV, if PV has one sign
@@ -63,15 +62,7 @@ class TestPlanner {
     const estimator::Explanation other = backlash();
     // Both laws in turn.
     for (std::size_t i = 1; i < band.samples.size(); i += 2) band.samples[i] = other.samples[i];
-    if (with({std::move(band), good()})) return std::move(plan_);
-    // A wider span is a wider class.
-    for (estimator::Explanation& e : plan_.explanations) {
-      for (plant::LoopModel& m : e.samples) {
-        m.transmitter.low = plan_.pv - 0.5 * kBeyond * plan_.pv_span;
-        m.transmitter.high = plan_.pv + 0.5 * kBeyond * plan_.pv_span;
-      }
-    }
-    plan_.beyond = estimator::propose_test(plan_.explanations, start, parallel).plan;
+    with({std::move(band), good()});
     return std::move(plan_);
   }
 

@@ -10,7 +10,7 @@
 //
 // The error is PV minus a free run with the band. If no move within the limits tells all three
 // apart, a test is planned that only tells a band from a good valve. If that fails too, `beyond`
-// is a test that moves PV by up to 20 % of its span.
+// of the plan is a larger test.
 //
 // Limits: the record gives no controller, so the loop is moved in manual. Errors: none; nullopt if
 // the record shows no band or no response of PV.
@@ -33,8 +33,6 @@ struct TestedLoop {
 struct DecidingTest {
   std::vector<estimator::Explanation> explanations;  // that it tells apart
   estimator::Planned planned;
-  // Without a plan: the smallest test beyond the limits that tells a band from a good valve.
-  std::optional<estimator::TestPlan> beyond{};
   double pv_span = 0.0;        // PV units
   bool pv_span_known = false;  // otherwise gain times the span of CO
   double pv = 0.0;             // PV units, at the start

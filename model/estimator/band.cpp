@@ -272,6 +272,7 @@ BandEvidence Piece::evidence() const {
     if (below < 0.95 && i + 1 < kBandCount) found.high = Grid::kBands[i + 1];
   }
   found.share = mean / total;
+  found.movement = movement_;
   found.band = found.share * movement_;
   found.low *= movement_;
   found.high *= movement_;

@@ -74,6 +74,7 @@ struct BandEvidence {
   double low = 0.0;       // CO units, 5 % of the likelihood is below
   double high = 0.0;      // CO units, 5 % of the likelihood is above
   double share = 0.0;     // band over the movement of CO
+  double movement = 0.0;  // of CO, CO units
   BandProcess process{};  // with the most likely band
   BandProcess without{};  // without a band
   ErrorModel error{};

@@ -1,43 +1,47 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "model/gap/next_test.hpp"
 
+#include <algorithm>
+#include <utility>
+
 #include "model/estimator/judge_test.hpp"
 #include "model/gap/constants.hpp"
 
 namespace loopwarden::gap {
 
-void plan_next_test(const std::vector<estimator::Explanation>& explanations,
-                    const estimator::TestStart& start, const numeric::ParallelFor& parallel,
+void plan_next_test(const estimator::Estimate& found, const std::vector<Probability>& posterior,
+                    estimator::TestStart start, const numeric::ParallelFor& parallel,
                     Result& result) {
   std::vector<estimator::Explanation> competing;
-  std::vector<std::size_t> index;
-  for (std::size_t i = 0; i < explanations.size(); ++i) {
-    const estimator::Explanation& one = explanations[i];
-    if (one.probability < estimator::kCompetes || one.samples.empty()) continue;
-    competing.push_back(one);
-    index.push_back(i);
+  std::vector<Probability> names;
+  std::vector<std::size_t> index;  // in found.explanations
+  for (const Probability& h : posterior) {
+    const auto same =
+        std::find_if(found.explanations.begin(), found.explanations.end(),
+                     [&](const estimator::Explanation& e) { return e.effects == h.effects; });
+    if (h.probability < estimator::kCompetes || same == found.explanations.end()) continue;
+    competing.push_back(*same);
+    competing.back().probability = h.probability;
     for (plant::LoopModel& sample : competing.back().samples) {
       std::erase_if(sample.disturbances, [](const effects::EffectSpec& effect) {
         return effect.name == "step_disturbance" || effect.name == "ramp_disturbance";
       });
     }
+    names.push_back(h);
+    index.push_back(static_cast<std::size_t>(same - found.explanations.begin()));
     if (competing.size() == kMostCompeting) break;
   }
   if (competing.size() < 2) return;
-  estimator::TestStart of_competing = start;
-  if (start.judge) {
-    of_competing.judge = [&](const estimator::Observed& test) {
-      return estimator::among(start.judge(test), index);
-    };
-  }
-  const estimator::Planned planned = estimator::propose_test(competing, of_competing, parallel);
+  const plant::LoopModel& model = competing.front().samples.front();
+  const double rest_s = estimator::kRest * std::max(plant::answer_s(model), model.sample_time_s);
+  start.noise_rms = found.noise_rms;
+  start.law_error = found.law_error;
+  start.judge = [&](const estimator::Observed& test) {
+    return estimator::among(found.reweighted(test, rest_s).probability, index);
+  };
+  const estimator::Planned planned = estimator::propose_test(competing, start, parallel);
   result.why_no_test = planned.why_not;
-  if (!planned.plan) return;
-  std::vector<Probability> names;
-  for (const estimator::Explanation& one : competing) {
-    names.push_back({one.effects, one.probability});
-  }
-  result.next_test = {std::move(names), *planned.plan, planned.next};
+  if (planned.plan) result.next_test = {std::move(names), *planned.plan, planned.next};
 }
 
 estimator::TestStart test_start(const plant::LoopModel& model, double set_point, double output) {

@@ -8,19 +8,20 @@
 
 #include <vector>
 
+#include "model/estimator/estimate.hpp"
 #include "model/estimator/plan.hpp"
 #include "model/gap/result.hpp"
 #include "model/numeric/parallel.hpp"
 
 namespace loopwarden::gap {
 
-// `explanations`: likeliest first; those with a probability below estimator::kCompetes are left
-// out. `start.judge`, if any, judges all of them. Sets `next_test` or `why_no_test` of the result.
-void plan_next_test(const std::vector<estimator::Explanation>& explanations,
-                    const estimator::TestStart& start, const numeric::ParallelFor& parallel,
+// `posterior`: of the explanations that `found` has as models, likeliest first. `start`: as of
+// test_start(). Sets `next_test` or `why_no_test` of the result.
+void plan_next_test(const estimator::Estimate& found, const std::vector<Probability>& posterior,
+                    estimator::TestStart start, const numeric::ParallelFor& parallel,
                     Result& result);
 
-// The loop as it was last: `noise_rms`, `disturbance` and `law_error` are still to be set.
+// The loop as it was last. `disturbance` is still to be set.
 estimator::TestStart test_start(const plant::LoopModel& model, double set_point, double output);
 
 }  // namespace loopwarden::gap

@@ -759,27 +759,9 @@ class Workflow {
         !record_.record.has_sp()) {
       return;
     }
-    std::vector<estimator::Explanation> likely;
-    std::vector<std::size_t> index;  // in found_.explanations
-    for (const Probability& h : result_.posterior) {
-      const auto same =
-          std::find_if(found_.explanations.begin(), found_.explanations.end(),
-                       [&](const estimator::Explanation& e) { return e.effects == h.effects; });
-      if (same == found_.explanations.end()) continue;
-      likely.push_back(*same);
-      likely.back().probability = h.probability;
-      index.push_back(static_cast<std::size_t>(same - found_.explanations.begin()));
-    }
     estimator::TestStart start = test_start(model_, record_.sp.back(), record_.co.back());
-    start.noise_rms = found_.noise_rms;
     start.disturbance = result_.load_intensity;
-    start.law_error = found_.law_error;
-    const double rest_s =
-        estimator::kRest * std::max(plant::answer_s(record_.model), record_.model.sample_time_s);
-    start.judge = [&](const estimator::Observed& test) {
-      return estimator::among(found_.reweighted(test, rest_s).probability, index);
-    };
-    gap::plan_next_test(likely, start, parallel_, result_);
+    gap::plan_next_test(found_, result_.posterior, std::move(start), parallel_, result_);
   }
 
   const Taken& taken_;

@@ -260,10 +260,12 @@ class Changes {
         std::find_if(found.ranked.begin(), found.ranked.end(),
                      [&](const estimator::Ranked& one) { return one.title == found.chosen; });
     estimator::TestStart start = gap::test_start(model, record_.sp.back(), checked_.co.back());
-    start.noise_rms = found.noise_rms;
     if (likeliest != found.ranked.end()) start.disturbance = likeliest->error.disturbance;
-    start.law_error = found.law_error;
-    gap::plan_next_test(found.explanations, start, parallel, result);
+    std::vector<gap::Probability> posterior;
+    for (const estimator::Explanation& one : found.explanations) {
+      posterior.push_back({one.effects, one.probability});
+    }
+    gap::plan_next_test(found, posterior, std::move(start), parallel, result);
   }
 
   gap::FoundEffect shown(const estimator::Found& effect, const estimator::Estimate& found,

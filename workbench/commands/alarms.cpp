@@ -43,6 +43,7 @@ std::string describe(const protocol::Alarm& alarm, std::int64_t now_ms) {
   if (alarm.consequence) text += ", consequence of " + alarm.consequence_of;
   if (alarm.first_out) text += ", first out";
   if (alarm.flaps > 1) text += fmt::format(", flaps: {} times", alarm.flaps);
+  if (!alarm.about.empty()) text += ", " + alarm.about;
   return text;
 }
 

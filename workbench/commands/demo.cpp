@@ -26,6 +26,7 @@
 #include "workbench/command_line/frame.hpp"
 #include "workbench/live/daemon_client.hpp"
 #include "workbench/live/loop_view.hpp"
+#include "workbench/commands/demo_test.hpp"
 #include "workbench/commands/subcommands.hpp"
 #include "workbench/live/terminal.hpp"
 
@@ -36,6 +37,7 @@ struct DemoOptions {
   std::string socket;
   std::string loop = "FIC-101";
   std::string page;  // address of the page, without a trailing slash; empty: no page
+  std::string worn;  // model of the loop whose explanations a test decides; empty: not shown
   bool open_page = false;
   bool keep = false;
   bool json = false;
@@ -383,6 +385,13 @@ int run_demo(const DemoOptions& options) {
   }
   demo.print_table();
   demo.print_alarms();
+  if (!options.worn.empty()) {
+    fmt::print("\n{}\n", coloured("A test decides between two explanations", Colour::bold));
+    show_test_scene(options.worn, [](const std::string& line) {
+      fmt::print("{}\n", line);
+      std::fflush(stdout);
+    });
+  }
   return kExitOk;
 }
 
@@ -395,6 +404,8 @@ void add_demo(Program& program) {
   const Option page =
       command.option("--page", o.page, "address of a loopwarden-page that shows this daemon");
   command.flag("--open", o.open_page, "open it when the valve begins to stick").needs(page);
+  command.option("--worn", o.worn,
+                 "model of a loop with a fault that two explanations fit: shows the next test");
   command.flag("--keep", o.keep, "continue to watch until q is pressed");
   command.flag("--json", o.json, "print the result as JSON");
   command.footer("Example: ./demo (starts the daemon, then this)");

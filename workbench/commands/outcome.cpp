@@ -47,6 +47,7 @@ struct OutcomeCommand {
   std::string out;
   std::vector<std::string> from;
   RecordInput input;
+  bool repaired = false;
   bool list = false;
   bool tests = false;
   bool json = false;
@@ -394,8 +395,14 @@ int score_tests(const OutcomeCommand& options) {
   return kExitOk;
 }
 
-int run_outcome(const OutcomeCommand& options) {
-  if (options.tests) return score_tests(options);
+int run_outcome(const OutcomeCommand& given) {
+  if (given.tests) return score_tests(given);
+  OutcomeCommand options = given;
+  if (options.repaired) {
+    if (options.found.empty() || options.found == "nothing")
+      fail(kExitUsage, "--repaired: add --found with the fault that was repaired");
+    options.note = std::string(kRepaired) + (options.note.empty() ? "" : "; " + options.note);
+  }
   if (options.list) return options.socket.empty() ? list_outcomes(options) : list_journal(options);
   return options.out.empty() ? keep_answer(options) : export_records(options);
 }
@@ -409,6 +416,9 @@ void add_outcome(Program& program) {
   command.option("tag", o.tag, "tag of the loop");
   command.option("--found", o.found, "what was found at the valve; other: not the valve",
                  one_of(found_words()));
+  command.flag("--repaired", o.repaired,
+               "the fault was repaired now: loopwarden receipt compares the records before and "
+               "after");
   command.option("--note", o.note, "note of the technician");
   const Option survey = command.setting(
       "--survey", o.survey, "folder of the survey, whose outcomes.csv receives the answer");

@@ -20,6 +20,7 @@ void add_export(Program& program);
 void add_import(Program& program);
 void add_survey(Program& program);
 void add_outcome(Program& program);
+void add_receipt(Program& program);
 void add_batch(Program& program);
 void add_diagnose(Program& program);
 void add_discover(Program& program);

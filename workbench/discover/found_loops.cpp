@@ -31,6 +31,8 @@ constexpr std::array<std::string_view, 10> kAutomaticWords{
 constexpr std::array<std::string_view, 6> kManualWords{"Man", "Manual", "IMan",
                                                        "LO",  "ROut",   "OOS"};
 
+bool is_digit(char c) { return c >= '0' && c <= '9'; }
+bool is_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); }
 bool is_lower(char c) { return c >= 'a' && c <= 'z'; }
 
 // Returns a word in the case of `example`: AUTO, Auto or auto. An empty example counts as AUTO.

@@ -83,13 +83,6 @@ bool RecorderInput::asked(bool files, const std::string& loop) const {
 Recorded RecorderInput::take(
     const std::string& loop, const std::filesystem::path& target,
     const std::function<std::filesystem::path(const std::filesystem::path&)>& place) const {
-  DaemonClient daemon(socket_);
-  const protocol::Description box = protocol::ask(daemon, protocol::DescribeRequest{});
-  const auto found = std::find_if(box.loops.begin(), box.loops.end(),
-                                  [&](const auto& one) { return one.tag == loop; });
-  if (found == box.loops.end()) {
-    fail(kExitUsage, "--loop: the daemon has no loop '{}'", loop);
-  }
   using std::chrono::system_clock;
   const std::int64_t now_ns =
       std::chrono::duration_cast<std::chrono::nanoseconds>(system_clock::now().time_since_epoch())
@@ -99,6 +92,19 @@ Recorded RecorderInput::take(
                                         : utc_ns_of(since_).value();
   if (!until_.empty()) settings.to_utc_ns = utc_ns_of(until_);
   settings.place = place;
+  return take_recorded(socket_, loop, target, settings);
+}
+
+Recorded take_recorded(const std::string& socket, const std::string& loop,
+                       const std::filesystem::path& target,
+                       const record::ExportSettings& settings) {
+  DaemonClient daemon(socket);
+  const protocol::Description box = protocol::ask(daemon, protocol::DescribeRequest{});
+  const auto found = std::find_if(box.loops.begin(), box.loops.end(),
+                                  [&](const auto& one) { return one.tag == loop; });
+  if (found == box.loops.end()) {
+    fail(kExitUsage, "--loop: the daemon has no loop '{}'", loop);
+  }
   Recorded recorded{.loop = *found, .records = {}};
   for (const record::ExportedRecord& one :
        record::export_csv(found->folder, target, settings).records) {

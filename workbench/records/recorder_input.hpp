@@ -13,6 +13,7 @@
 
 #include "model/analysis/identification.hpp"
 #include "daemon/protocol/answers.hpp"
+#include "record/segment_export.hpp"
 #include "workbench/command_line/command.hpp"
 
 namespace loopwarden::workbench {
@@ -36,6 +37,13 @@ struct Recorded {
   analysis::KnownRanges ranges() const;
 };
 
+// Exports the records of a loop of a running daemon to files in `target`. A restart of the daemon or
+// a long gap starts a new record. Records shorter than kShortest_s are left out, unless all are.
+// Throws CommandError if the daemon does not have the loop or has no record of it, RecordError, or
+// std::runtime_error if no daemon answers.
+Recorded take_recorded(const std::string& socket, const std::string& loop,
+                       const std::filesystem::path& target, const record::ExportSettings& settings);
+
 // Adds the options --last, --since, --until, --socket and --background. RecordInput adds --loop.
 class RecorderInput {
  public:
@@ -48,10 +56,7 @@ class RecorderInput {
   bool given() const noexcept { return !last_.empty() || !since_.empty(); }
   bool background() const noexcept { return background_; }
   const std::string& socket() const noexcept { return socket_; }
-  // Exports the records of the loop to files in `target`. A restart of the daemon or a long gap
-  // starts a new record. Records shorter than kShortest_s are left out, unless all are. `place` as
-  // in record::ExportSettings. Throws CommandError if the daemon does not have the loop or has no
-  // record of it, RecordError, or std::runtime_error if no daemon answers.
+  // Exports the records of the time as take_recorded(). `place` as in record::ExportSettings.
   Recorded take(
       const std::string& loop, const std::filesystem::path& target,
       const std::function<std::filesystem::path(const std::filesystem::path&)>& place = {}) const;

@@ -79,7 +79,7 @@ std::string test_slip_html(const std::string& tag, const gap::NextTest& test) {
   return html_page(
       "Test slip " + tag,
       fmt::format(
-          "<p>For the operator of <b>{0}</b>. Loopwarden reads this loop and writes nothing.</p>\n"
+          "<p>For the operator of <b>{0}</b>. Loopwarden only reads this loop.</p>\n"
           "<ol><li>Wait until the loop is steady near {1}, without an active alarm. PV can deviate "
           "by {2:.3g} PV units: compare this with its alarm limits.</li>"
           "<li>{3}</li>"

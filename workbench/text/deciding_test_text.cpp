@@ -51,14 +51,14 @@ std::string deciding_test_text(const diagnosis::DecidingTest& test,
   const std::string none =
       fmt::format("No move of CO decides and keeps PV within 5 % of its span ({:.3g}{}).",
                   test.pv_span, test.pv_span_known ? "" : ", assumed");
-  if (!test.beyond) {
+  if (!test.planned.beyond) {
     return fmt::format(
         "{} Neither does one within 20 %: the disturbance hides a band of {:.2g} "
         "% of the CO span. Record an hour with set points that move.",
         none, percent(test.band, co_span));
   }
-  return fmt::format("{} The smallest move that decides needs a test day of its own: {}", none,
-                     plan_text(test, *test.beyond, co_span));
+  return fmt::format("{} The smallest move that decides needs a separate test day: {}", none,
+                     plan_text(test, *test.planned.beyond, co_span));
 }
 
 nlohmann::json deciding_test_json(const diagnosis::DecidingTest& test,
@@ -70,8 +70,8 @@ nlohmann::json deciding_test_json(const diagnosis::DecidingTest& test,
                         {"pv_span_known", test.pv_span_known},
                         {"move", nullptr}};
   const bool within = test.planned.plan.has_value();
-  if (!within && !test.beyond) return out;
-  const estimator::TestPlan& plan = within ? *test.planned.plan : *test.beyond;
+  if (!within && !test.planned.beyond) return out;
+  const estimator::TestPlan& plan = within ? *test.planned.plan : *test.planned.beyond;
   const std::vector<std::string> names = names_of(test);
   const std::vector<std::array<double, 2>> changes = outcomes_of(plan);
   out["move"] = estimator::to_text(plan.move.kind);

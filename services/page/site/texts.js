@@ -93,7 +93,7 @@ const en = {
     faceplate: 'Faceplate', trend: 'Trend', phase: 'PV over CO', condition: 'Condition of the valve', measures: 'Measures of the newest window',
     windows: 'Windows and their specialists', health: 'Communication and recording', explanation: 'Explanation', twin: 'Twin', alarms: 'Alarms of this loop',
     noLoop: 'There is no loop {tag}.', ne107: 'NE 107', requested: 'asked for: {mode}',
-    previous: 'Previous loop', next: 'Next loop', operate: 'Operate', setPoint: 'Set point', output: 'Output', mode: 'Mode',
+    slaveOf: 'slave of', masterOf: 'master of', previous: 'Previous loop', next: 'Next loop', operate: 'Operate', setPoint: 'Set point', output: 'Output', mode: 'Mode',
     noControl: 'Operating from this page is off (loopwardend.yaml: page: control).', needsOperator: 'To operate, log in as an operator.',
     judgedBy: 'Judged by', by: {specialists: 'specialists for {list}', routine: 'routine evidence', twin: 'its twin', none: 'no detector: valve alarms are not possible'}, source: 'Its source', processAlarms: 'Alarms and their limits',
   },

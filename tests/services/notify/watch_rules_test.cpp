@@ -71,6 +71,22 @@ TEST_CASE("loops, alarms, states and sizes decide who is notified", "[notify][ro
   CHECK(all.read(reading("FIC-102", "unacknowledged", 25.0), kStart) == "log:came mail:came");
 }
 
+TEST_CASE("a route of an area has all its parts", "[notify][routes]") {
+  Rules unit;
+  Route two = route({"mail"});
+  two.areas = {"Unit 2"};
+  unit.settings.routes = {two, route({"log"})};
+  const auto of_area = [&](const char* loop, const char* area) {
+    AlarmReading one = reading(loop, "unacknowledged");
+    one.area = area;
+    return unit.read(one, kStart);
+  };
+  CHECK(of_area("FIC-1", "Unit 2") == "log:came mail:came");
+  CHECK(of_area("FIC-2", "Unit 2/Reactor").find("mail:came") != std::string::npos);
+  CHECK(of_area("FIC-3", "Unit 21").find("mail") == std::string::npos);
+  CHECK(of_area("FIC-4", "").find("mail") == std::string::npos);
+}
+
 TEST_CASE("an alarm of the box uses the routes that name the box, or otherwise all routes",
           "[notify][routes]") {
   AlarmReading full = reading("box", "unacknowledged");

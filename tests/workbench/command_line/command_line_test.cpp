@@ -118,7 +118,7 @@ TEST_CASE("every command that prints a result has --json") {
        {"check",        "simulate", "top",      "set",      "record",   "alarms",
         "register-map", "export",   "diagnose", "train",    "classify", "replay",
         "gap",          "demo",     "effects",  "identify", "compare",  "limit-cycle",
-        "valve-test",   "autotune", "tune",     "outcome",  "setup"}) {
+        "valve-test",   "autotune", "tune",     "outcome",  "receipt",  "setup"}) {
     INFO(command);
     CHECK(loopwarden(std::string(command) + " --help").text.find("--json") != std::string::npos);
   }

@@ -54,6 +54,18 @@ TEST_CASE("alarms that can't be raised at present are shown as no fault", "[work
   CHECK(suppressed_note(answer).find("2 alarms cannot be raised") == 0);
 }
 
+TEST_CASE("a loop is shown with its area and its cascade", "[workbench][top][cascade]") {
+  std::vector<protocol::LoopStatus> loops{loop("TIC-100"), loop("FIC-101"), loop("FIC-102")};
+  CHECK(place_line(loops, 0).empty());
+  for (protocol::LoopStatus& one : loops) one.cycle->mode = "AUTO";
+  loops[1].area = "Unit 2/Reactor";
+  loops[1].master = loops[2].master = "TIC-100";
+  CHECK(place_line(loops, 0) == "master of FIC-101 (AUTO), FIC-102 (AUTO)\n");
+  CHECK(place_line(loops, 1) == "area Unit 2/Reactor   slave of TIC-100 (AUTO)\n");
+  loops.erase(loops.begin());
+  CHECK(place_line(loops, 1) == "slave of TIC-100\n");  // not among the listed loops
+}
+
 TEST_CASE("the details of a loop show the numbers of its status", "[workbench][top]") {
   const std::vector<std::string> lines = loop_details(loop("FIC-101"));
   REQUIRE(lines.size() == 3);

@@ -171,7 +171,8 @@ TEST_CASE("costs of a site replace the defaults, and errors are strict", "[surve
   CHECK_THAT(error_of("work: {repair: {removes: [0, 2]}}\n"), Contains("removes"));
   CHECK_THAT(error_of("hours_per_year: 9000\n"), Contains("hours_per_year"));
   const std::string reference = read_file(LOOPWARDEN_SOURCE_DIR "/docs/reference/worklist.md");
-  for (const config::KeyDescription& key : describe_costs().keys()) {
+  const config::KeyReference keys = describe_costs();
+  for (const config::KeyDescription& key : keys.keys()) {
     INFO(key.path);
     CHECK(reference.find(key.path.substr(key.path.find_last_of('.') + 1)) != std::string::npos);
   }

@@ -59,7 +59,7 @@ function tagRanks(loops) {
 }
 
 function matches(loop, words) {
-  const text = `${loop.tag} ${loop.description ?? ''}`.toLowerCase();
+  const text = `${loop.tag} ${loop.description ?? ''} ${loop.area ?? ''}`.toLowerCase();
   return words.every((word) => text.includes(word));
 }
 

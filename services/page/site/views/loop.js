@@ -208,12 +208,22 @@ class LoopTrend extends FollowingTrend {
   }
 }
 
+// Area, and the other loops of its cascade.
+function placeOf(loop) {
+  const link = (one) => el('a', {href: `#/loop/${encodeURIComponent(one.tag)}`}, one.tag);
+  const loops = live.describe.loops, master = loops.find((one) => one.tag === loop.master);
+  const slaves = loops.filter((one) => one.master === loop.tag);
+  const parts = [loop.area || null, master && el('span', {}, `${t.slaveOf} `, link(master)),
+    ...slaves.map((one) => el('span', {}, `${t.masterOf} `, link(one)))].filter(Boolean);
+  return el('span', {class: 'about'}, ...parts.flatMap((part, k) => (k === 0 ? [part] : [' · ', part])));
+}
+
 function header(loop) {
   const tags = live.describe.loops.map((one) => one.tag).sort(byTag), at = tags.indexOf(loop.tag);
   const to = (tag, sign, label) => (tag === undefined ? null : el('a', {class: 'button square', href: `#/loop/${encodeURIComponent(tag)}`, 'aria-label': `${label}: ${tag}`, title: tag}, icon(sign)));
   const ne107 = el('span', {class: 'ne107 wide'});
   const alarms = el('ul', {class: 'loop-alarms', 'aria-label': t.alarms});
-  const node = el('div', {class: 'title'}, el('h1', {tabindex: -1}, loop.tag), el('span', {class: 'about'}, loop.description ?? ''), ne107, alarms,
+  const node = el('div', {class: 'title'}, el('h1', {tabindex: -1}, loop.tag), el('span', {class: 'about'}, loop.description ?? ''), placeOf(loop), ne107, alarms,
     to(tags[at - 1], 'back', t.previous), to(tags[at + 1], 'on', t.next));
   const update = (o, i) => {
     const [letter, meaning] = ne107Of(o, i, Boolean(live.stale));

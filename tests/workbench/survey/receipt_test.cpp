@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: Apache-2.0
+// Receipts of work at a valve, from files.
+#include <catch2/catch.hpp>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "tests/support/shell.hpp"
+#include "tests/support/temporary_folder.hpp"
+
+namespace loopwarden::tests::receipt_test {
+namespace {
+
+using Catch::Contains;
+using nlohmann::json;
+
+// A loop at 1 s. `s`: band of the sticking valve; `load`: intensity of the disturbance.
+void simulate(const TemporaryFolder& folder, const std::string& name, double s, double load,
+              int seed, const std::string& set_points) {
+  write_file(folder / "m.yaml",
+             "sample_time: 1.0\n"
+             "controller: {kp: 1.0, ki: 0.12, output: [0, 100]}\n"
+             "valve:\n  effects:\n    - {effect: stiction, s: " +
+                 std::to_string(s) + ", j: " + std::to_string(0.4 * s) +
+                 "}\n"
+                 "process: {gain: 0.36, time_constant: 4.0, dead_time: 2.0}\n"
+                 "transmitter: {range: [0, 40], resolution: 0.001, noise: 0.04}\n"
+                 "disturbances:\n  - {effect: random_load, intensity: " +
+                 std::to_string(load) +
+                 ", time_constant: 200}\n"
+                 "scenario: {duration: 5400, set_point: " +
+                 set_points + ", seed: " + std::to_string(seed) + "}\n");
+  const ShellOutcome made = run(LOOPWARDEN_CLI " simulate " + (folder / "m.yaml").string() +
+                                " --out " + (folder / name).string() + " 2>&1");
+  INFO(made.text);
+  REQUIRE(made.exit_code == 0);
+}
+
+ShellOutcome receipt(const TemporaryFolder& folder, const std::string& arguments) {
+  return run("cd " + folder.path().string() + " && " LOOPWARDEN_CLI " receipt " + arguments +
+             " 2>&1");
+}
+
+TEST_CASE("a receipt says whether the valve was repaired", "[receipt][program]") {
+  const TemporaryFolder folder;
+  simulate(folder, "before.csv", 5.0, 0.02, 1, "[[0, 18], [900, 20], [2700, 17], [4000, 19]]");
+  simulate(folder, "good.csv", 0.1, 0.02, 2, "[[0, 22], [800, 24], [2000, 21], [4100, 23]]");
+  simulate(folder, "same.csv", 5.0, 0.02, 3, "[[0, 22], [800, 24], [2000, 21], [4100, 23]]");
+  const ShellOutcome good = receipt(
+      folder, "FIC101 --before before.csv --after good.csv --found stiction --json --out r.html");
+  INFO(good.text);
+  REQUIRE(good.exit_code == 0);
+  const json told = json::parse(good.text);
+  CHECK(told["result"] == "repaired");
+  CHECK(told["before"]["band_percent"].get<double>() == Approx(5.0).epsilon(0.4));
+  CHECK(told["after"]["band_percent"].is_null());
+  CHECK(told["after"]["rms"] < told["before"]["rms"]);
+  CHECK(told["after"]["reversals_per_hour"].is_number());
+  CHECK(told["same_disturbance"] == true);
+  CHECK(told["saving"]["high"] > 0);
+  const std::string page = read_file(folder / "r.html");
+  CHECK_THAT(page, Contains("FIC101: repaired.") && Contains("size: A4") && Contains("<svg"));
+  CHECK(page.find("src=") == std::string::npos);
+  CHECK(page.find("href=") == std::string::npos);
+  const ShellOutcome same = receipt(folder, "FIC101 --before before.csv --after same.csv");
+  INFO(same.text);
+  CHECK(same.exit_code == 0);
+  CHECK_THAT(same.text, Contains("FIC101: NOT repaired. The valve still shows the effect.") &&
+                            Contains("Saving: not stated."));
+  // Without a fault before, there is nothing to repair.
+  CHECK_THAT(receipt(folder, "--before good.csv --after good.csv").text,
+             Contains("can't tell. The record before the work shows no valve effect"));
+  CHECK(receipt(folder, "--before before.csv").exit_code == 64);
+  CHECK(receipt(folder, "").exit_code == 64);
+  CHECK(receipt(folder, "--before before.csv --after none.csv").exit_code == 74);
+}
+
+TEST_CASE("another disturbance after the work forbids a saving", "[receipt][program]") {
+  const TemporaryFolder folder;
+  const std::string set_points = "[[0, 18], [900, 20], [2700, 17], [4000, 19]]";
+  simulate(folder, "before.csv", 5.0, 0.02, 1, set_points);
+  simulate(folder, "after.csv", 0.1, 0.2, 2, set_points);
+  const ShellOutcome told = receipt(folder, "--before before.csv --after after.csv --json");
+  INFO(told.text);
+  REQUIRE(told.exit_code == 0);
+  const json said = json::parse(told.text);
+  CHECK(said["same_disturbance"] == false);
+  CHECK(said["saving"].is_null());
+}
+
+TEST_CASE("a repair is recorded with its fault", "[receipt][program]") {
+  CHECK(run(LOOPWARDEN_CLI " outcome FIC1 --repaired 2>&1").exit_code == 64);
+  CHECK(run(LOOPWARDEN_CLI " outcome FIC1 --found nothing --repaired 2>&1").exit_code == 64);
+}
+
+}  // namespace
+}  // namespace loopwarden::tests::receipt_test
