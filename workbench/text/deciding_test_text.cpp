@@ -23,12 +23,12 @@ std::string plan_text(const diagnosis::DecidingTest& test, const estimator::Test
                       double co_span) {
   const double good = outcomes_of(plan).back()[0];
   return fmt::format(
-      "{} That is {:.2g} % of the CO span, or {:.2g} times the band. PV can deviate by {:.2g}, "
-      "which is {:.2g} % of its span ({:.3g}{}). Expected with {} Of 100 simulated tests, {:.0f} "
-      "decide rightly.",
+      "{} That is {:.2g} % of the CO span, or {:.2g} times the band. The move adds up to {:.2g} % "
+      "of "
+      "the span of PV ({:.3g}{}) to the deviations of PV, which reach {:.2g}. Expected with {} Of "
+      "100 simulated tests, {:.0f} decide rightly.",
       test_sentence(plan), percent(plan.move.size, co_span), std::abs(plan.move.size) / test.band,
-      plan.pv_swing, percent(plan.pv_swing, test.pv_span), test.pv_span,
-      test.pv_span_known ? "" : ", assumed",
+      100.0 * plan.class_share, test.pv_span, test.pv_span_known ? "" : ", assumed", plan.pv_swing,
       test.names_effect
           ? fmt::format("a good valve: PV follows by {:+.2g} and returns; with stiction: PV rests, "
                         "then jumps; with backlash: PV rests after each turn, then follows.",
@@ -46,10 +46,10 @@ std::string deciding_test_text(const diagnosis::DecidingTest& test,
   const double co_span = co_range[1] - co_range[0];
   if (const auto& plan = test.planned.plan) {
     return fmt::format("{} Permission: {}.", plan_text(test, *plan, co_span),
-                       allowed_by(plan->pv_swing / test.pv_span));
+                       allowed_by(plan->class_share));
   }
   const std::string none =
-      fmt::format("No move of CO decides and keeps PV within 5 % of its span ({:.3g}{}).",
+      fmt::format("No move of CO decides and adds at most 5 % of the span of PV ({:.3g}{}).",
                   test.pv_span, test.pv_span_known ? "" : ", assumed");
   if (!test.planned.beyond) {
     return fmt::format(
@@ -81,9 +81,9 @@ nlohmann::json deciding_test_json(const diagnosis::DecidingTest& test,
   out["size_in_bands"] = std::abs(plan.move.size) / test.band;
   out["hold_s"] = plan.move.hold_s;
   out["duration_s"] = plan.duration_s;
-  out["allowed_by"] = within ? nlohmann::json(allowed_by(plan.pv_swing / test.pv_span)) : nullptr;
+  out["allowed_by"] = within ? nlohmann::json(allowed_by(plan.class_share)) : nullptr;
   out["pv_swing"] = plan.pv_swing;
-  out["pv_swing_percent_of_span"] = percent(plan.pv_swing, test.pv_span);
+  out["pv_added_percent_of_span"] = 100.0 * plan.class_share;
   out["probability_right"] = plan.probability_right;
   out["probability_wrong"] = plan.probability_wrong;
   out["expected"] = nlohmann::json::array();

@@ -68,8 +68,8 @@ std::string test_sentence(const TestPlan& plan) {
 std::string expected_sentence(const TestPlan& plan) {
   return fmt::format(
       "It decides rightly with probability {:.2f} and wrongly with {:.2f}, takes {}, and moves PV "
-      "by at most {:.3g} PV units and CO by {:.3g} CO units. Permission: {} (PV within {:.0f} % of "
-      "its span).",
+      "by at most {:.3g} PV units and CO by {:.3g} CO units. Permission: {} (the move adds up "
+      "to {:.2g} % of the span of PV).",
       plan.probability_right, plan.probability_wrong, time_text(plan.duration_s), plan.pv_swing,
       plan.output_swing, allowed_by(plan.class_share), 100.0 * plan.class_share);
 }
@@ -99,7 +99,7 @@ std::vector<std::array<double, 2>> outcomes_of(const TestPlan& plan) {
 }
 
 const char* allowed_by(double pv_share) {
-  return pv_share <= 0.01 ? "technician" : pv_share <= 0.03 ? "operator" : "test day";
+  return pv_share < 0.011 ? "technician" : pv_share < 0.031 ? "operator" : "test day";
 }
 
 std::string decision_sentence(const gap::NextTest& test) {

@@ -24,8 +24,8 @@ std::vector<double> means_of(const std::vector<double>& values, std::size_t coun
 // Changes of PV from the start of the test, PV units: the largest one, and the one at the end.
 // Median of each explanation.
 std::vector<std::array<double, 2>> outcomes_of(const estimator::TestPlan& plan);
-// Who may allow a test that moves PV by this share of its span: technician (1 %), operator (3 %) or
-// test day.
+// Who may allow a test whose move adds this share of the span to the deviations of PV: technician
+// (1 %), operator (3 %) or test day.
 const char* allowed_by(double pv_share);
 // The next larger class, or an empty text.
 std::string next_class_sentence(const gap::NextTest& test);
