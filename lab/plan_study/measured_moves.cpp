@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "lab/plan_study/plan_study.hpp"
+#include "model/estimator/judge_test.hpp"
 #include "model/estimator/plan.hpp"
 #include "model/numeric/statistics.hpp"
 #include "model/plant/plant.hpp"
@@ -22,7 +23,7 @@ using estimator::Observed;
 constexpr std::array<double, 5> kSplits{0.3, 0.4, 0.5, 0.6, 0.7};  // of the record
 constexpr double kReversal = 0.3;                                  // of the range of CO
 constexpr double kMost = 60.0;                                     // answer times of a move
-constexpr std::size_t kSimulated = 8;                              // of each explanation
+constexpr std::size_t kSimulated = 6;                              // of each explanation
 
 // Sample at which the second reversal of CO after `begin` is seen.
 std::size_t end_of_move(const Observed& o, std::size_t begin, double answer_s) {
@@ -74,7 +75,7 @@ class NaturalMove {
  public:
   NaturalMove(const Loop& loop, const Estimate& e, std::size_t begin, std::size_t end)
       : loop_(loop), start_(start_of(loop, e)), estimate_(e), begin_(begin), end_(end) {
-    before_ = lead(loop.observed.pv, begin + 2);
+    before_ = lead(loop.observed.pv, begin, begin + 2, 0.0);
   }
 
   // Mean over simulated moves of explanation `truth`.
@@ -88,24 +89,28 @@ class NaturalMove {
         model.disturbances.push_back(
             {"random_load", {{"intensity", start_.disturbance}, {"time_constant", 300.0}}});
       }
-      sum += brought(free_run(model, loop_.observed.co, end_, 1000 * truth + i + 1));
+      // The simulated stem is not where the measured one is, so its whole record follows the
+      // measured part.
+      const std::vector<double> pv = free_run(model, loop_.observed.co, end_, 1000 * truth + i + 1);
+      const double rest_s = estimator::kRest * plant::answer_s(loop_.model);
+      sum += lead(pv, 0, end_, rest_s) - lead(pv, 0, begin_, rest_s);
     }
     return sum / static_cast<double>(kSimulated);
   }
   // Of the measured move.
-  double measured() const { return brought(loop_.observed.pv); }
+  double measured() const { return lead(loop_.observed.pv, begin_, end_, 0.0) - before_; }
 
  private:
-  double brought(const std::vector<double>& pv) const { return lead(pv, end_) - before_; }
-  double lead(const std::vector<double>& pv, std::size_t end) const {
-    const auto from = static_cast<std::ptrdiff_t>(begin_);
+  double lead(const std::vector<double>& pv, std::size_t begin, std::size_t end,
+              double rest_s) const {
+    const auto from = static_cast<std::ptrdiff_t>(begin);
     const auto to = static_cast<std::ptrdiff_t>(end);
     const Observed& o = loop_.observed;
     const Observed move{o.period_s,
                         {o.co.begin() + from, o.co.begin() + to},
                         {pv.begin() + from, pv.begin() + to},
                         {o.used.begin() + from, o.used.begin() + to}};
-    const std::vector<double> score = estimate_.reweighted(move, 0.0).score;
+    const std::vector<double> score = estimate_.reweighted(move, rest_s).score;
     return score[0] - score[1];
   }
 

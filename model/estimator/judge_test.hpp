@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Judges a loop's explanations by its record and a later test of them (plan.hpp) together.
 //
-// The estimator fits both records, joined to one (blocks.hpp), with all names. Nothing is held out: the question is which explanation is right, not whether it is
-// good.
+// The estimator fits both records, joined to one (blocks.hpp), with all names. Nothing is held out:
+// the question is which explanation is right, not whether it is good.
 //
 //   P(explanation) = probability of its hypotheses / probability of all hypotheses of the catalogue
 //

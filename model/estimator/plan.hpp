@@ -13,9 +13,9 @@
 //
 //   P(right) = sum over explanations of probability * share of its simulated tests that are right
 //
-// Moves are tried from small to large, within classes that plants use: the move adds at
-// most 1 % of the span of PV (technician), 3 % (operator) or 5 % (test day) to its deviations. Moves of SP come first, because the
-// loop stays in automatic; moves of the output in manual follow.
+// Moves are tried from small to large, within classes that plants use: the move adds at most 1 % of
+// the span of PV (technician), 3 % (operator) or 5 % (test day) to its deviations. Moves of SP come
+// first, because the loop stays in automatic; moves of the output in manual follow.
 //
 // Limits: the loop is taken to rest at its last SP, so what disturbs it now goes on at random.
 // An explanation without a law ("unnamed") can't be simulated.
