@@ -86,8 +86,8 @@ Case run_case(std::uint64_t seed, double hours) {
                    .dead_time_s = period_s * between(0.5, 4.0)};
   model.transmitter = {.low = 0.0, .high = 100.0, .resolution = 0.0, .noise = between(0.03, 0.2)};
   const double closed_s = model.process.dead_time_s * between(1.0, 3.0);
-  model.controller.pid.gains.kp = model.process.time_constant_s /
-                                  (model.process.gain * (closed_s + model.process.dead_time_s));
+  model.controller.pid.gains.kp =
+      model.process.time_constant_s / (model.process.gain * (closed_s + model.process.dead_time_s));
   model.controller.pid.gains.ki =
       model.controller.pid.gains.kp /
       std::min(model.process.time_constant_s, 4.0 * (closed_s + model.process.dead_time_s));
@@ -105,9 +105,9 @@ Case run_case(std::uint64_t seed, double hours) {
   const auto record_with = [&](double size, std::uint64_t record_seed) {
     plant::LoopModel part = model;
     part.valve_effects = fault(size);
-    part.disturbances = {{"random_load",
-                          {{"intensity", between(0.01, 0.05)},
-                           {"time_constant", between(60.0, 600.0) * period_s}}}};
+    part.disturbances = {
+        {"random_load",
+         {{"intensity", between(0.01, 0.05)}, {"time_constant", between(60.0, 600.0) * period_s}}}};
     if (random.uniform() < 0.3) {
       part.disturbances.push_back(
           {"oscillating_disturbance",
@@ -134,9 +134,8 @@ Case run_case(std::uint64_t seed, double hours) {
 
 int run_receipt(const ReceiptOptions& options) {
   std::vector<Case> cases(options.cases);
-  base::parallel_for(options.cases, options.threads, [&](std::size_t k) {
-    cases[k] = run_case(options.seed + k, options.hours);
-  });
+  base::parallel_for(options.cases, options.threads,
+                     [&](std::size_t k) { cases[k] = run_case(options.seed + k, options.hours); });
   for (const bool removed : {true, false}) {
     std::array<std::size_t, 3> results{};
     for (const Case& one : cases)

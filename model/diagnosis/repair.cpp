@@ -33,7 +33,9 @@ double excluded_by(const Diagnosis& d, double least) {
   return std::clamp(smaller - larger, BandGrid::kLeastNats, BandGrid::kMostNats);
 }
 
-double size_of(const Diagnosis& d) { return d.verdict == DiagnosisVerdict::valve_effect ? d.s : 0.0; }
+double size_of(const Diagnosis& d) {
+  return d.verdict == DiagnosisVerdict::valve_effect ? d.s : 0.0;
+}
 
 }  // namespace
 

@@ -20,7 +20,7 @@
 namespace loopwarden::diagnosis {
 
 struct RepairLimits {
-  static constexpr double kHalf = 0.5;      // of the size before
+  static constexpr double kHalf = 0.5;  // of the size before
   // Nats, if the record after is judged healthy or names another cause, and if it is undecided.
   // Figures: loopwarden-study receipt.
   static constexpr double kExcluded = 6.0;
@@ -34,8 +34,8 @@ const char* to_text(RepairResult result) noexcept;
 struct Repair {
   RepairResult result = RepairResult::cant_tell;
   std::string why;
-  Diagnosis before, after;      // the windows most like their verdicts
-  double excluded_nats = 0.0;   // by which the record after excludes half of the band before
+  Diagnosis before, after;     // the windows most like their verdicts
+  double excluded_nats = 0.0;  // by which the record after excludes half of the band before
 };
 
 // Judges the windows of both records, each in the order of time.

@@ -150,9 +150,8 @@ int run_receipt(const ReceiptCommand& options) {
     input = from_daemon(options, kept->path());
   }
   if (!options.co_range.empty()) input.co_range = options.co_range;
-  input.kind = options.kind.empty()
-                   ? diagnosis::to_text(diagnosis::loop_type_from_tag(input.tag))
-                   : options.kind;
+  input.kind = options.kind.empty() ? diagnosis::to_text(diagnosis::loop_type_from_tag(input.tag))
+                                    : options.kind;
   if (!options.costs.empty()) {
     auto costs = read_costs_file(options.costs);
     fmt::print(stderr, "{}", config::to_text(costs.diagnostics));
@@ -196,7 +195,8 @@ void add_receipt(Program& program) {
   command.flag("--json", o.json, "print JSON");
   command.socket(o.socket);
   o.input.add_options(command);
-  command.footer("Example: loopwarden receipt --before may.csv --after june.csv --out receipt.html");
+  command.footer(
+      "Example: loopwarden receipt --before may.csv --after june.csv --out receipt.html");
 }
 
 }  // namespace loopwarden::workbench

@@ -121,9 +121,9 @@ json side_json(const Side& side, const diagnosis::Diagnosis& like, double co_spa
                {"verdict", diagnosis::to_text(like.verdict)},
                {"effect", valve ? json(diagnosis::to_text(like.cause)) : json(nullptr)},
                {"band_percent", valve ? finite_or_null(percent * like.s) : json(nullptr)},
-               {"band_interval_percent",
-                valve ? json{finite_or_null(percent * like.s_low), finite_or_null(percent * like.s_high)}
-                      : json(nullptr)},
+               {"band_interval_percent", valve ? json{finite_or_null(percent * like.s_low),
+                                                      finite_or_null(percent * like.s_high)}
+                                               : json(nullptr)},
                {"rms", finite_or_null(side.figures.error)},
                {"swing", finite_or_null(side.swing)},
                {"period_s", like.oscillating ? finite_or_null(like.period_s) : json(nullptr)},
@@ -159,7 +159,7 @@ json saving_json(const ReceiptInput& input, const Side& before, const Side& afte
 
 // Draws PV, SP and CO of a record, to the same ranges on both sides.
 std::string receipt_trend(const record::Record& r, const PlotRange& pv, const PlotRange& co,
-                  const std::string& title, double left) {
+                          const std::string& title, double left) {
   constexpr double kWidth = 480.0;
   constexpr double kHeight = 150.0;
   constexpr std::size_t kColumns = 300;
@@ -211,6 +211,23 @@ std::string band_text(const json& side) {
                      interval[1].get<double>());
 }
 
+// Takes back an answer that the loop's own figures do not support.
+void check_repair(diagnosis::Repair& repair, const Side& before, const Side& after,
+                  const json& same_disturbance) {
+  using diagnosis::RepairResult;
+  constexpr double kLeastHours = 0.5;
+  const auto open = [&](const char* why) {
+    repair.result = RepairResult::cant_tell;
+    repair.why = why;
+  };
+  if (std::min(before.hours, after.hours) < kLeastHours)
+    return open("a record is shorter than half an hour");
+  const bool same = same_disturbance.is_boolean() && same_disturbance.get<bool>();
+  if (repair.result == RepairResult::repaired && same &&
+      after.figures.error >= before.figures.error)
+    open("the RMS of SP - PV has not fallen, although the disturbance is the same");
+}
+
 struct ReceiptRow {
   std::string name, before, after;
 };
@@ -255,7 +272,9 @@ std::string saving_sentence(const json& r) {
 
 std::string result_words(const json& r) {
   const auto result = r.at("result").get<std::string>();
-  return result == "repaired" ? "repaired" : result == "not_repaired" ? "NOT repaired" : "can't tell";
+  return result == "repaired"       ? "repaired"
+         : result == "not_repaired" ? "NOT repaired"
+                                    : "can't tell";
 }
 
 constexpr const char* kReceiptStyle = R"(
@@ -278,13 +297,14 @@ svg { width: 100%; height: auto; margin: 1rem 0; } svg text { font: 12px system-
 Receipt make_receipt(ReceiptInput input) {
   const Side before = judged_side(input.before, input, "before");
   const Side after = judged_side(input.after, input, "after");
-  const diagnosis::Repair repair = diagnosis::judge_repair(before.windows, after.windows);
+  diagnosis::Repair repair = diagnosis::judge_repair(before.windows, after.windows);
   const double co_span = input.co_range[1] - input.co_range[0];
   json same = nullptr;
   if (before.unpredicted > 0.0 && after.unpredicted > 0.0) {
     const double ratio = after.unpredicted / before.unpredicted;
     same = std::max(ratio, 1.0 / ratio) <= diagnosis::RepairLimits::kSameDisturbance;
   }
+  check_repair(repair, before, after, same);
   Receipt receipt;
   receipt.told = {{"tag", input.tag},
                   {"found", input.found},
