@@ -24,6 +24,14 @@ TEST_CASE("spaces and tabs at the ends are removed, others stay", "[text]") {
   CHECK(trimmed(" \t").empty());
 }
 
+TEST_CASE("an area contains its parts", "[text]") {
+  CHECK(is_in_area("Unit 2/Reactor", "Unit 2"));
+  CHECK(is_in_area("Unit 2", "Unit 2"));
+  CHECK_FALSE(is_in_area("Unit 21", "Unit 2"));
+  CHECK_FALSE(is_in_area("Unit 2", "Unit 2/Reactor"));
+  CHECK_FALSE(is_in_area("", "Unit 2"));
+}
+
 TEST_CASE("only ASCII letters become lower case", "[text]") {
   CHECK(lower_case("AZ[a") == "az[a");
   CHECK(lower_case("\xC3\x84") == "\xC3\x84");

@@ -211,6 +211,23 @@ std::string band_text(const json& side) {
                      interval[1].get<double>());
 }
 
+// Takes back an answer that the loop's own figures do not support.
+void check_repair(diagnosis::Repair& repair, const Side& before, const Side& after,
+                  const json& same_disturbance) {
+  using diagnosis::RepairResult;
+  constexpr double kLeastHours = 0.5;
+  const auto open = [&](const char* why) {
+    repair.result = RepairResult::cant_tell;
+    repair.why = why;
+  };
+  if (std::min(before.hours, after.hours) < kLeastHours)
+    return open("a record is shorter than half an hour");
+  const bool same = same_disturbance.is_boolean() && same_disturbance.get<bool>();
+  if (repair.result == RepairResult::repaired && same &&
+      after.figures.error >= before.figures.error)
+    open("the RMS of SP - PV has not fallen, although the disturbance is the same");
+}
+
 struct ReceiptRow {
   std::string name, before, after;
 };
@@ -280,13 +297,14 @@ svg { width: 100%; height: auto; margin: 1rem 0; } svg text { font: 12px system-
 Receipt make_receipt(ReceiptInput input) {
   const Side before = judged_side(input.before, input, "before");
   const Side after = judged_side(input.after, input, "after");
-  const diagnosis::Repair repair = diagnosis::judge_repair(before.windows, after.windows);
+  diagnosis::Repair repair = diagnosis::judge_repair(before.windows, after.windows);
   const double co_span = input.co_range[1] - input.co_range[0];
   json same = nullptr;
   if (before.unpredicted > 0.0 && after.unpredicted > 0.0) {
     const double ratio = after.unpredicted / before.unpredicted;
     same = std::max(ratio, 1.0 / ratio) <= diagnosis::RepairLimits::kSameDisturbance;
   }
+  check_repair(repair, before, after, same);
   Receipt receipt;
   receipt.told = {{"tag", input.tag},
                   {"found", input.found},

@@ -167,11 +167,13 @@ def main():
             loopwarden("diagnose", ROOT / "examples/routine/r22.csv", "--report", work / "diagnose.html")
             loopwarden("train", MODELS / "plant1-believed.yaml", "--windows", 1400, "--restarts", 1, "--sizes", 3, "--epochs",
                        3, "--seed", 7, "--out", work / "train")
+            routine = ROOT / "examples/routine"
+            loopwarden("receipt", "--before", routine / "r22.csv", "--after", routine / "r01.csv", "--out", work / "receipt.html")
             survey = work / "survey"
             loopwarden("survey", ROOT / "examples/routine", "--out", survey)
             loopwarden("survey", "--out", survey, "--against", survey)
             pages = [("tune", work / "tune.html"), ("valve-test", work / "valve-test/report.html"),
-                     ("compare", work / "compare/report.html"), ("diagnose", work / "diagnose.html"),
+                     ("compare", work / "compare/report.html"), ("diagnose", work / "diagnose.html"), ("receipt", work / "receipt.html"),
                      ("survey", survey / "survey.html"), ("changes", survey / "changes.html"),
                      *(("train", page) for page in sorted((work / "train").rglob("*.html")))]
         try:

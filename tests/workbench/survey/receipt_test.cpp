@@ -66,6 +66,13 @@ TEST_CASE("a receipt says whether the valve was repaired", "[receipt][program]")
   CHECK(same.exit_code == 0);
   CHECK_THAT(same.text, Contains("FIC101: NOT repaired. The valve still shows the effect.") &&
                             Contains("Saving: not stated."));
+  // Records of some minutes decide nothing.
+  const std::string text = read_file(folder / "good.csv");
+  std::size_t end = 0;
+  for (int line = 0; line < 1200; ++line) end = text.find('\n', end) + 1;
+  write_file(folder / "short.csv", text.substr(0, end));
+  CHECK_THAT(receipt(folder, "--before before.csv --after short.csv").text,
+             Contains("can't tell. A record is shorter than half an hour"));
   // Without a fault before, there is nothing to repair.
   CHECK_THAT(receipt(folder, "--before good.csv --after good.csv").text,
              Contains("can't tell. The record before the work shows no valve effect"));
