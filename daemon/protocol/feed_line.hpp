@@ -10,8 +10,8 @@
 // - `reason`, with quality bad: "timeout" (no message for too long), "death" (the source's death
 //   was reported) or "link" (the feeder lost the source's network). Absent: the source reports bad
 //   quality itself.
-// - `source`, with quality bad: the part that is lost, such as "broker mqtt://10.0.0.5", at most 128
-//   bytes. Loops with the same lost source share one alarm.
+// - `source`, with quality bad: the lost part, such as "broker mqtt://10.0.0.5", at most 128 bytes.
+//   Loops with the same lost source share one alarm.
 // - `id`, a number or a text of at most 64 bytes, requests an answer: {"id": 7, "ok": true,
 //   "taken": 1} or {"id": 7, "ok": false, "error": "..."}.
 //

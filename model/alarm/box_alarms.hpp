@@ -10,8 +10,8 @@
 //   records_dropped      recorder or monitor was too slow, and cycles are missing in records or
 //                        windows
 //   disk_writes          the daemon writes more per day than its budget
-//   connection_lost      a link, device, edge node, broker or server behind loops is lost. It is raised
-//                        again if another one is lost
+//   connection_lost      a link, device, edge node, broker or server of loops is lost. It is
+//                        raised again if another one is lost
 //
 // A condition is raised after it was found without a break for its on-delay. It clears after it was
 // absent for kOffDelay_ms. A finding without a value leaves the condition as it is and restarts

@@ -30,8 +30,8 @@ struct TagList {
 // description, value. Other columns are ignored.
 // The name is the first of tag, name, address and node that contains a loop and a signal.
 // Otherwise it is the first of them that is filled in.
-// Tags whose data type is not a number (text, times) are left out, except modes that are text. A range with only one end, or
-// without a span, counts as missing.
+// Tags whose data type is not a number (text, times) are left out, except modes that are text. A
+// range with only one end, or without a span, counts as missing.
 // Throws CommandError with FILE:LINE:COLUMN if the list has no tag, an end is not a number, or a
 // quote is not closed.
 TagList read_tag_list(const std::string& file, std::string_view text);

@@ -11,7 +11,7 @@ GOOD = r"(?<!its )\bnormal\b|No (active|unacknowledged)|\bLive\b|OK\. No warning
 TAG = "FIC-101"
 VIEWS = ["", f"loop/{TAG}", "alarms", f"alarms/{TAG}/incident", f"alarms/{TAG}/stiction", f"trends?curves={TAG}:pv", "journal", "reports", "system"]
 # Texts of a healthy box in views without content.
-NOTHING = {"trends": "up to eight curves", "alarms": "No active or unacknowledged alarms", "alarms/FIC-102/stiction": "No evidence is stored", "journal": "No matching entries",
+NOTHING = {"trends": "Up to eight curves", "alarms": "No active or unacknowledged alarms", "alarms/FIC-102/stiction": "No evidence is stored", "journal": "No matching entries",
            "reports": "The state directory has no reports", "loop/FIC-102?from=1000000000000&to=1000000600000": "No records in this span", "system": "No changes in the journal"}
 # Answers never arrive, except the one about the session.
 HOLD = """(() => {
