@@ -404,8 +404,7 @@ void add_demo(Program& program) {
   const Option page =
       command.option("--page", o.page, "address of a loopwarden-page that shows this daemon");
   command.flag("--open", o.open_page, "open it when the valve begins to stick").needs(page);
-  command.option("--worn", o.worn,
-                 "model of a second loop, whose record two explanations fit");
+  command.option("--worn", o.worn, "model of a second loop, whose record two explanations fit");
   command.flag("--keep", o.keep, "continue to watch until q is pressed");
   command.flag("--json", o.json, "print the result as JSON");
   command.footer("Example: ./demo (starts the daemon, then this)");
