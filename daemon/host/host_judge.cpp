@@ -80,8 +80,8 @@ void HostJudge::judge_services(const BoxLook& look, std::optional<bool>& found, 
   std::vector<std::string> all = failed_;
   if (!look.failed_services && look.has_services) {
     all.emplace_back(
-        "the state of the services is not known, because the system bus does not answer (package "
-        "dbus)");
+        "the state of the services is not known, because the system bus does not answer: "
+        "install the package dbus, then run systemctl start dbus.socket");
   }
   all.insert(all.end(), look.failed_parts.begin(), look.failed_parts.end());
   found = !all.empty();

@@ -217,7 +217,7 @@ class Planner {
       out.why_not = numeric::text(
           "The best move within %.3g %% of the PV span decides with probability %.2f, less than "
           "%.2g. %s",
-          most, out.best->probability_right, kWanted, hides(tried));
+          most, std::floor(100.0 * out.best->probability_right) / 100.0, kWanted, hides(tried));
     } else if (duration_s(shortest) > start_.longest_s) {
       out.why_not = numeric::text(
           "The loop is too slow: the shortest move takes %.3g s, and a test at most %.3g s.",

@@ -54,8 +54,8 @@ void show_test_scene(const std::string& model_file,
   believed.valve_effects.clear();
   const numeric::LoopRecord record = recorded(truth);
   const numeric::ParallelFor parallel = on_threads(threads(0));
-  say(fmt::format("A second valve is worn. Its record of {:.0f} min is explained:",
-                  truth.scenario.duration_s / 60.0));
+  say(fmt::format("A second valve is worn. Its record of {:.0f} s has more than one explanation:",
+                  truth.scenario.duration_s));
   const gap::Result found = gap::find_gap(record, believed, {}, parallel, [](double) {});
   if (!found.next_test) {
     say(found.why_no_test.empty() ? found.sentence : found.why_no_test);

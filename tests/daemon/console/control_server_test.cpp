@@ -454,7 +454,7 @@ TEST_CASE("an alarm is listed, acknowledged, shelved and explained, and the jour
   };
   CHECK(stiction().at("state") == "unacknowledged");
   CHECK(stiction().at("severity_percent") == 6.5);
-  CHECK(bench.ask(R"({"request": "alarms"})").at("alarms").size() == 17);
+  CHECK(bench.ask(R"({"request": "alarms"})").at("alarms").size() == 18);
   // For `unknown`, neither the cause nor its size is known.
   const json answer = bench.ask(R"({"request": "alarms"})");
   for (const json& alarm : answer.at("alarms")) {

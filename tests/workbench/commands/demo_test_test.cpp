@@ -11,7 +11,7 @@ TEST_CASE("the demo's test decides for the effect that the plant has", "[demo]")
   show_test_scene(LOOPWARDEN_SOURCE_DIR "/examples/demo/models/plant1-worn.yaml",
                   [&](const std::string& line) { told += line + "\n"; });
   INFO(told);
-  CHECK(told.find("To decide between stiction and backlash") != std::string::npos);
+  CHECK(told.find("To decide between stiction and deadband drive") != std::string::npos);
   CHECK(told.find("Decided: stiction. The valve was simulated with stiction.") !=
         std::string::npos);
 }

@@ -138,13 +138,19 @@ TEST_CASE("neighbours: an unknown disturbance becomes the neighbour's, and cant_
     source[k] = level + 0.02 * random.normal();
     victim[k] = pushed + 0.02 * random.normal();
   }
+  // Each transmitter has a noise of its own.
+  const auto pushed_loop = [&] {
+    std::vector<double> pv = victim;
+    for (double& value : pv) value += 0.02 * random.normal();
+    return pv;
+  };
   std::vector<json> loops{result("A", "valve_effect", nullptr, source, 0.0),
-                          result("B", "other_cause", "disturbance", victim, 0.0),
-                          result("C", "cant_tell", nullptr, victim, 0.0),
-                          result("D", "valve_effect", nullptr, victim, 0.0),
-                          result("E", "healthy", nullptr, victim, 0.0),
-                          result("F", "other_cause", "saturation", victim, 0.0),
-                          result("G", "other_cause", "disturbance", victim, 1e6)};
+                          result("B", "other_cause", "disturbance", pushed_loop(), 0.0),
+                          result("C", "cant_tell", nullptr, pushed_loop(), 0.0),
+                          result("D", "valve_effect", nullptr, pushed_loop(), 0.0),
+                          result("E", "healthy", nullptr, pushed_loop(), 0.0),
+                          result("F", "other_cause", "saturation", pushed_loop(), 0.0),
+                          result("G", "other_cause", "disturbance", pushed_loop(), 1e6)};
   workbench::name_neighbours(loops, 2);
   CHECK(loops[0].at("verdict") == "valve_effect");
   for (const std::size_t k : {1U, 2U, 3U, 4U, 5U}) {

@@ -2,7 +2,9 @@
 // The real program runs with the real daemon on a simulated plant.
 #include <catch2/catch.hpp>
 
+#include <chrono>
 #include <optional>
+#include <thread>
 
 #include <nlohmann/json.hpp>
 
@@ -114,6 +116,7 @@ TEST_CASE("loops, history and events of a running daemon, which stops and return
   // A daemon that takes too long gives an answer without rows.
   json history;
   REQUIRE(eventually([&] {
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));  // the page refuses a flood
     history = page.get("/api/loops/FIC-101/history");
     return history["t"].size() > 10;
   }));
