@@ -37,8 +37,8 @@ struct Recorded {
   analysis::KnownRanges ranges() const;
 };
 
-// Exports the records of a loop of a running daemon to files in `target`. A restart of the daemon or
-// a long gap starts a new record. Records shorter than kShortest_s are left out, unless all are.
+// Exports the records of a loop of a running daemon to files in `target`. A restart of the daemon
+// or a long gap starts a new record. Records shorter than kShortest_s are left out, unless all are.
 // Throws CommandError if the daemon does not have the loop or has no record of it, RecordError, or
 // std::runtime_error if no daemon answers.
 Recorded take_recorded(const std::string& socket, const std::string& loop,

@@ -279,17 +279,26 @@ std::string result_words(const json& r) {
 
 constexpr const char* kReceiptStyle = R"(
 @page { size: A4 portrait; margin: 15mm; }
-body { font: 14px/1.45 system-ui, sans-serif; margin: 1rem auto; max-width: 56rem; padding: 0 1rem; color: #16191d; background: #fff; }
+body { font: 14px/1.45 system-ui, sans-serif; margin: 1rem auto; max-width: 56rem;
+  padding: 0 1rem; color: #16191d; background: #fff; }
 h1 { font-size: 1.4rem; margin: 0; }
-.result { font-size: 1.25rem; font-weight: 600; border-left: .5rem solid; padding: .5rem .75rem; margin: 1rem 0; }
+.result { font-size: 1.25rem; font-weight: 600; border-left: .5rem solid; padding: .5rem .75rem;
+  margin: 1rem 0; }
 .repaired { color: #176b3a; } .not_repaired { color: #b3261e; } .cant_tell { color: #5b6470; }
 table { border-collapse: collapse; width: 100%; }
-th, td { text-align: left; padding: .25rem .5rem; border-bottom: 1px solid #ddd; vertical-align: top; }
+th, td { text-align: left; padding: .25rem .5rem; border-bottom: 1px solid #ddd;
+  vertical-align: top; }
 th { font-weight: 500; color: #5b6470; }
-svg { width: 100%; height: auto; margin: 1rem 0; } svg text { font: 12px system-ui, sans-serif; fill: #5b6470; } svg .name { font-weight: 600; }
-.signed { display: grid; grid-template-columns: 1fr 1fr; gap: 3rem; margin-top: 2.5rem; } .signed span { border-top: 1px solid; color: #5b6470; }
+svg { width: 100%; height: auto; margin: 1rem 0; }
+svg text { font: 12px system-ui, sans-serif; fill: #5b6470; }
+svg .name { font-weight: 600; }
+.signed { display: grid; grid-template-columns: 1fr 1fr; gap: 3rem; margin-top: 2.5rem; }
+.signed span { border-top: 1px solid; color: #5b6470; }
 @media (max-width: 500px) { th, td { padding: .25rem; font-size: 12px; overflow-wrap: anywhere; } }
-@media print { body { margin: 0; padding: 0; max-width: none; font-size: 11pt; } * { -webkit-print-color-adjust: exact; print-color-adjust: exact; } }
+@media print {
+  body { margin: 0; padding: 0; max-width: none; font-size: 11pt; }
+  * { -webkit-print-color-adjust: exact; print-color-adjust: exact; }
+}
 )";
 
 }  // namespace

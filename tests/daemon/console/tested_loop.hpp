@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A loop with a sticking valve and its plant, for tests of TestSessions. A fake clock: the test runs
-// the cycles, the side of the operators, and the keeper of the last commands.
+// A loop with a sticking valve and its plant, for tests of TestSessions. A fake clock: the test
+// runs the cycles, the side of the operators, and the keeper of the last commands.
 #pragma once
 
 #include <catch2/catch.hpp>
