@@ -8,6 +8,7 @@
 #include <cmath>
 #include <fstream>
 #include <string>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -229,7 +230,12 @@ TEST_CASE(
   };
   const auto becomes = [&](const char* alarm, const std::string& wanted) {
     // Alarms behind an outage stay suppressed for two minutes after it.
-    return eventually([&] { return state(alarm) == wanted; }, std::chrono::seconds(180));
+    return eventually(
+        [&] {
+          std::this_thread::sleep_for(std::chrono::milliseconds(200));
+          return state(alarm) == wanted;
+        },
+        std::chrono::seconds(180));
   };
   const auto alarms = [&](const std::string& arguments) {
     return run(LOOPWARDEN_CLI " alarms " + arguments + " --socket " +
@@ -242,7 +248,10 @@ TEST_CASE(
   // One alarm of the box names the lost device. Those of the loop are its consequences.
   plant.rig.proxy.command("down");
   CHECK(eventually(
-      [&] { return alarms("").text.find("connection_lost critical") != std::string::npos; },
+      [&] {
+        std::this_thread::sleep_for(std::chrono::milliseconds(200));
+        return alarms("").text.find("connection_lost critical") != std::string::npos;
+      },
       std::chrono::seconds(60)));
   for (const char* alarm : lost) CHECK(becomes(alarm, "suppressed"));
   for (const char* alarm : follow) CHECK(becomes(alarm, "suppressed"));
