@@ -2,12 +2,12 @@
 // Runs model/estimator, and `gap` of other programs, on the same cases and prints one table.
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
-#include <sys/resource.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <ctime>
 #include <filesystem>
 #include <fstream>
 #include <map>
@@ -51,14 +51,7 @@ void one_thread(std::size_t count, const std::function<void(std::size_t)>& body)
   for (std::size_t i = 0; i < count; ++i) body(i);
 }
 
-double processor_s() {
-  rusage used{};
-  getrusage(RUSAGE_SELF, &used);
-  const auto s = [](const timeval& t) {
-    return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
-  };
-  return s(used.ru_utime) + s(used.ru_stime);
-}
+double processor_s() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
 
 numeric::LoopRecord read_record(const std::filesystem::path& path) {
   return record::read_record(path);

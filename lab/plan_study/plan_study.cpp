@@ -3,12 +3,12 @@
 #include "lab/plan_study/plan_study.hpp"
 
 #include <fmt/format.h>
-#include <sys/resource.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <ctime>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -20,6 +20,7 @@
 #include "lab/hidden_cases/kinds.hpp"
 #include "model/estimator/judge_test.hpp"
 #include "model/gap/check.hpp"
+#include "model/gap/constants.hpp"
 #include "record/record_csv.hpp"
 
 namespace loopwarden::lab::plan_study {
@@ -34,17 +35,9 @@ using estimator::Planned;
 using nlohmann::json;
 using Names = std::vector<std::string>;
 
-constexpr std::size_t kMostCompeting = 3;  // as in gap
-constexpr double kWarmUp = 20.0;           // answer times of the test's record before the move
+constexpr double kWarmUp = 20.0;  // answer times of the test's record before the move
 
-double processor_s() {
-  rusage used{};
-  getrusage(RUSAGE_SELF, &used);
-  const auto s = [](const timeval& t) {
-    return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
-  };
-  return s(used.ru_utime) + s(used.ru_stime);
-}
+double processor_s() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
 
 // --- Cases ---------------------------------------------------------------------------------------
 
@@ -81,7 +74,7 @@ class Case {
             return std::find(e.effects.begin(), e.effects.end(), name) != e.effects.end();
           });
       if (adds || e.probability < estimator::kCompetes) continue;
-      if (explanations_.size() == kMostCompeting) break;
+      if (explanations_.size() == gap::kMostCompeting) break;
       explanations_.push_back(e);
       index_.push_back(i);
     }

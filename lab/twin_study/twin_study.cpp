@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Commissions loops from 20 healthy minutes and a rough model, and explains the change after them.
 #include <fmt/format.h>
-#include <sys/resource.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
+#include <ctime>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -50,14 +50,7 @@ void one_thread(std::size_t count, const std::function<void(std::size_t)>& body)
   for (std::size_t i = 0; i < count; ++i) body(i);
 }
 
-double processor_s() {
-  rusage used{};
-  getrusage(RUSAGE_SELF, &used);
-  const auto s = [](const timeval& t) {
-    return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
-  };
-  return s(used.ru_utime) + s(used.ru_stime);
-}
+double processor_s() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
 
 plant::LoopModel read_model(const fs::path& path) {
   config::Loaded<plant::LoopModel> model = config::read_model_file(path);

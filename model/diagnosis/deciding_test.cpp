@@ -175,7 +175,7 @@ class TestPlanner {
     estimator::Explanation e{{"backlash"}, 1.0, {}};
     for (std::size_t i = 0; i < kSamples; ++i) {
       e.samples.push_back(with_effect("backlash", {{"deadband", size_of(random)}}));
-      random.uniform(0.0, 1.0);
+      random.uniform(0.0, 1.0);  // keeps the sizes equal to those of stiction
     }
     return e;
   }
