@@ -133,7 +133,7 @@ class TestPlanner {
     }
     const auto slow =
         static_cast<std::size_t>(std::clamp(kSlow * plant::answer_s(model_) / loop_.period_s, 4.0,
-                                            static_cast<double>(pv_.size() / 4)));
+                                            static_cast<double>(pv_.size()) / 4.0));
     const double fast = difference(error, 1);
     const double far = difference(error, slow);
     const double intensity_squared =

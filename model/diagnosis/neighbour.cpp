@@ -312,9 +312,10 @@ std::vector<float> summed_moves(const LoopMoves& loop) {
   Eigen::VectorXf sums = Eigen::VectorXf::Zero(
       static_cast<Eigen::Index>(loop.unforeseen.size() / Limits::kSummedMoves));
   for (Eigen::Index k = 0; k < sums.size(); ++k) {
-    for (std::size_t l = 0; l < Limits::kSummedMoves; ++l)
+    for (std::size_t l = 0; l < Limits::kSummedMoves; ++l) {
       sums[k] += static_cast<float>(
           loop.unforeseen[Limits::kSummedMoves * static_cast<std::size_t>(k) + l]);
+    }
   }
   const float length = sums.norm();
   if (length > 0.0F) sums /= length;
