@@ -49,10 +49,11 @@ class Reader {
                    "also in fallback and in manual after it. In manual after the start it is "
                    "raised only after the loop has been in automatic. any: never raised",
                    normal);
-    if (in->describing())
+    if (in->describing()) {
       describe(*in);
-    else
+    } else {
       read_each(*in);
+    }
     check_order(*in);
     return alarms_;
   }

@@ -90,7 +90,7 @@ hal::ModeValues read_mode_values(MapReader& mode, ModeForm form) {
   const auto [automatic, place] =
       read("automatic", "its values in which the loop is closed: automatic, cascade, ...");
   const auto manual = read("manual", "its values in manual; any other is a third mode").first;
-  const hal::ModeValues values{.automatic = automatic, .manual = manual};
+  hal::ModeValues values{.automatic = automatic, .manual = manual};
   if (mode.describing()) return values;
   if (!mode.given("automatic")) {
     mode.error(fmt::format(

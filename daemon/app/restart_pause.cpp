@@ -4,8 +4,8 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
-#include <cstdio>
 #include <optional>
+#include <sstream>
 #include <string>
 #include <system_error>
 
@@ -22,10 +22,10 @@ struct Starts {
 Starts read(const std::filesystem::path& file) {
   Starts starts;
   const std::optional<std::string> text = base::read_file(file, 100);
-  if (!text || std::sscanf(text->c_str(), "%lld %lld", &starts.count, &starts.last_ns) != 2) {
-    return {};
-  }
-  return starts;
+  if (!text) return {};
+  std::istringstream in(*text);
+  in >> starts.count >> starts.last_ns;
+  return in ? starts : Starts{};
 }
 
 }  // namespace

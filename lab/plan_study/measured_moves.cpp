@@ -93,7 +93,8 @@ class NaturalMove {
       // measured part.
       const std::vector<double> pv = free_run(model, loop_.observed.co, end_, 1000 * truth + i + 1);
       const double rest_s = estimator::kRest * plant::answer_s(loop_.model);
-      sum += lead(pv, 0, end_, rest_s) - lead(pv, 0, begin_, rest_s);
+      const estimator::Drawn from{truth, i % samples.size()};
+      sum += lead(pv, 0, end_, rest_s, from) - lead(pv, 0, begin_, rest_s, from);
     }
     return sum / static_cast<double>(kSimulated);
   }
@@ -101,8 +102,8 @@ class NaturalMove {
   double measured() const { return lead(loop_.observed.pv, begin_, end_, 0.0) - before_; }
 
  private:
-  double lead(const std::vector<double>& pv, std::size_t begin, std::size_t end,
-              double rest_s) const {
+  double lead(const std::vector<double>& pv, std::size_t begin, std::size_t end, double rest_s,
+              std::optional<estimator::Drawn> drawn = {}) const {
     const auto from = static_cast<std::ptrdiff_t>(begin);
     const auto to = static_cast<std::ptrdiff_t>(end);
     const Observed& o = loop_.observed;
@@ -110,7 +111,7 @@ class NaturalMove {
                         {o.co.begin() + from, o.co.begin() + to},
                         {pv.begin() + from, pv.begin() + to},
                         {o.used.begin() + from, o.used.begin() + to}};
-    const std::vector<double> score = estimate_.reweighted(move, rest_s).score;
+    const std::vector<double> score = estimate_.reweighted(move, rest_s, drawn).score;
     return score[0] - score[1];
   }
 

@@ -94,8 +94,9 @@ class Case {
     estimator::TestStart start = start_of(loop_, estimate_);
     const double rest_s =
         estimator::kRest * std::max(plant::answer_s(loop_.model), loop_.observed.period_s);
-    start.judge = [&](const estimator::Observed& test) {
-      return estimator::among(estimate_.reweighted(test, rest_s).probability, index_);
+    start.judge = [&](const estimator::Observed& test, estimator::Drawn from) {
+      from.explanation = index_[from.explanation];
+      return estimator::among(estimate_.reweighted(test, rest_s, from).probability, index_);
     };
     const Planned planned = estimator::propose_test(explanations_, start, one_thread);
     out["planning_s"] = processor_s() - began;

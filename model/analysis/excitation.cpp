@@ -73,7 +73,7 @@ Moves moves_of(const numeric::LoopView& c) {
   return moves;
 }
 
-double spread(std::vector<double> v) {
+double spread(const std::vector<double>& v) {
   return numeric::quantile(v, 0.9) - numeric::quantile(v, 0.1);
 }
 

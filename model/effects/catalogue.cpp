@@ -119,9 +119,10 @@ void check_effect(const EffectSpec& spec, Block block, const EffectContext& cont
 void check_curve(const SpecReader& read, std::size_t most) {
   const auto& table = read.spec().table;
   if (read.option("curve") != "table") {
-    if (!table.empty())
+    if (!table.empty()) {
       throw EffectError("table",
                         "a table can't be combined with a named curve; remove one of them");
+    }
     return;
   }
   if (table.size() < 2 || table.size() > most) {

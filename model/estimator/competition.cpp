@@ -465,7 +465,8 @@ class Competitors {
         z[first + i] =
             sure ? std::clamp(start.mean[first + i] + start.deviation[first + i] * random.normal(),
                               0.0, 1.0)
-            : own == 1 ? (static_cast<double>(t / 2) + 0.5) / static_cast<double>(count / 2)
+            : own == 1 ? (std::floor(0.5 * static_cast<double>(t)) + 0.5) /
+                             std::floor(0.5 * static_cast<double>(count))
                        : random.uniform();
       }
       // With less left, the error is smaller.

@@ -178,7 +178,7 @@ class Estimator {
   }
 
   // Only the sizes of the error are searched again.
-  Reweighted reweighted(const Observed& later, double rest_s) const {
+  Reweighted reweighted(const Observed& later, double rest_s, std::optional<Drawn> from) const {
     const Observed both = joined(observed_, later, rest_s);
     const std::size_t count = both.pv.size();
     const LoopRun run(loop_, both.co);
@@ -186,17 +186,29 @@ class Estimator {
     const Likelihood likelihood(loop_, run, both, count, noise_rms_, slips);
     Reweighted out;
     std::vector<Fit> fits;
-    for (const Fit& fit : competing_) {
+    for (std::size_t h = 0; h < competing_.size(); ++h) {
+      const Fit& fit = competing_[h];
       Likelihood::Work work;
       Member best = fit.population.top();
       best.log_likelihood = likelihood.of(fit.hypothesis, best.z, work);
+      const auto try_member = [&](const std::vector<double>& z) {
+        const double l = likelihood.of(fit.hypothesis, z, work);
+        if (l > best.log_likelihood) best = {z, l};
+      };
       // The first half are samples of the explanation, from which a test may be simulated.
       const std::vector<Member>& members = fit.population.members;
       const std::size_t step = std::max<std::size_t>(1, members.size() / (2 * kReweighted));
       for (std::size_t i = members.size() / 2; i < members.size(); i += step) {
-        const Member& member = members[i];
-        const double l = likelihood.of(fit.hypothesis, member.z, work);
-        if (l > best.log_likelihood) best = {member.z, l};
+        try_member(members[i].z);
+      }
+      if (from && from->explanation == h) {
+        std::vector<double> z = samples_[h][from->sample];
+        if (fit.hypothesis.jumps()) {
+          const std::size_t jitter = fit.hypothesis.layout().jitter;
+          z = fit.hypothesis.with_law_slips(std::move(z));
+          z[jitter] = fit.population.top().z[jitter];
+        }
+        try_member(z);
       }
       best = with_best_error(likelihood, fit.hypothesis, std::move(best), work);
       Fit& now = fits.emplace_back(Fit{fit.hypothesis, {{best}, 0}, {}, 0.0});
@@ -561,12 +573,14 @@ class Estimator {
           [&](const Fit& f) { return f.hypothesis.named() && f.hypothesis.names() == names; });
       if (probability < kCompetes * catalogue || fit == competition_.fits.end()) continue;
       competing_.push_back(*fit);
+      std::vector<std::vector<double>>& from = samples_.emplace_back();
       Explanation& one = all.emplace_back(Explanation{names, probability, {}});
       Fit sample = representative(*fit);
       Likelihood::Work work;
       for (const Member& m : sample.population.members) {
         if (one.samples.size() == kSamples) break;
         likelihood_.of(sample.hypothesis, m.z, work, &sample.solution);
+        from.push_back(m.z);
         const Eigen::VectorXd& mean = sample.solution.mean;
         one.samples.push_back(
             run_.corrected(sample.hypothesis, sample.hypothesis.at(m.z),
@@ -643,7 +657,8 @@ class Estimator {
   std::vector<Law> named_;
   std::vector<Law> unnamed_;
   Competition competition_;
-  std::vector<Fit> competing_;  // of the explanations
+  std::vector<Fit> competing_;                             // of the explanations
+  std::vector<std::vector<std::vector<double>>> samples_;  // of the explanations: coordinates
   mutable std::map<std::pair<std::string, double>, Represented> representatives_;
 };
 
@@ -662,8 +677,8 @@ Estimate estimate(const Observed& observed, const plant::LoopModel& model, const
                   const numeric::ParallelFor& parallel) {
   const auto estimator = std::make_shared<Estimator>(observed, model, options, parallel);
   Estimate out = estimator->answer();
-  out.reweighted = [estimator](const Observed& later, double rest_s) {
-    return estimator->reweighted(later, rest_s);
+  out.reweighted = [estimator](const Observed& later, double rest_s, std::optional<Drawn> from) {
+    return estimator->reweighted(later, rest_s, from);
   };
   return out;
 }

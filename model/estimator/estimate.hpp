@@ -85,8 +85,10 @@ struct Estimate {
   std::vector<Ranked> ranked;
   // Those of the catalogue with at least kCompetes of its probability, as models of the loop.
   std::vector<Explanation> explanations;
-  // The explanations after a later record, by their members, without a new search.
-  std::function<Reweighted(const Observed& later, double rest_s)> reweighted;
+  // The explanations after a later record, by their members, without a new search. A search would
+  // find what made a simulated record, so its sample is tried, too.
+  std::function<Reweighted(const Observed& later, double rest_s, std::optional<Drawn> from)>
+      reweighted;
   Errors before, after;
   double with_slips = 0.0;  // PV units, last third, with the slips that PV shows there
   double noise_rms = 0.0;   // PV units

@@ -25,12 +25,12 @@ constexpr double kWarmUp = 20.0;                         // answer times before 
 constexpr std::size_t kRivals = 4;                       // samples that judge a simulated test
 constexpr std::size_t kFirstTests = 5;                   // of each explanation
 constexpr std::size_t kTests = 50;
-constexpr double kFirstError = 0.1;  // of the share of right decisions after the first tests
-constexpr std::size_t kJudged = 10;  // of each explanation, if the estimator judges them
-constexpr double kOwnError = 0.35;   // the same if the estimator, which knows more, judges later
-constexpr std::size_t kMostChecked = 4;  // moves of a class with all tests
+constexpr double kFirstError = 0.1;      // of the share of right decisions after the first tests
+constexpr double kMostLead = 10.0;       // nats: a clearer test is not better
+constexpr double kClearLead = 8.0;       // nats, mean: larger moves tell no more
+constexpr std::size_t kJudged = 10;      // of each explanation, if the estimator judges them
+constexpr std::size_t kMostFailing = 2;  // most telling moves of a class that are judged in vain
 constexpr std::size_t kMostBeyond = 3;   // the same outside the limits
-constexpr std::size_t kLargerTried = 1;  // sizes after the first one that seems to decide
 constexpr double kReturns_s = 300.0;
 constexpr double kNextGain = 0.02;  // more right decisions that make the next class worth naming
 constexpr double kStairs = 3.0;
@@ -61,6 +61,7 @@ struct Run {
 struct Score {
   double right = 0.0;
   double wrong = 0.0;
+  double lead = 0.0;  // nats, mean: of the simulated explanation over the others, by samples
   double pv_swing = 0.0;
   double output_swing = 0.0;
 };
@@ -136,20 +137,19 @@ class Planner {
     return true;
   }
 
-  // The first tests of moves with sizes `from` to `to` of kSizes. A kind of move ends at
-  // the largest class, or soon after it decides, because larger ones cost more.
+  // The first tests of moves with sizes `from` to `to` of kSizes. A kind of move ends at the
+  // largest class, or where larger ones tell no more.
   std::vector<Tried> try_moves(std::size_t from, std::size_t to) const {
     std::vector<std::vector<Tried>> by(kKinds.size() * kHolds.size());
     parallel_(by.size(), [&](std::size_t i) {
-      std::size_t decide = 0;
-      for (std::size_t size = from; size < to && decide <= kLargerTried; ++size) {
+      for (std::size_t size = from; size < to; ++size) {
         const std::optional<Move> move =
             move_of(kKinds[i / kHolds.size()], kSizes[size], kHolds[i % kHolds.size()]);
         if (!move) continue;
         const Score s = score(*move, kFirstTests);
         by[i].push_back({*move, s});
         if (to == kAllowedSizes && added(s) > start_.most_pv_share) break;
-        if (s.right >= kWanted) ++decide;
+        if (s.lead >= kClearLead) break;
       }
     });
     std::vector<Tried> all;
@@ -160,31 +160,48 @@ class Planner {
   // The cheapest move whose PV stays within `share` of the span and that decides with probability
   // `wanted`; otherwise the one that decides most often. In automatic first.
   const Tried* cheapest(std::vector<Tried>& tried, double share, double wanted) const {
-    std::vector<Tried*> within;
-    double highest = 0.0;  // share of right decisions
-    for (Tried& t : tried) {
-      if (added(t.first) > share || (t.all && added(*t.all) > share)) continue;
-      within.push_back(&t);
-      highest = std::max(highest, t.first.right);
-    }
-    const double least =
-        std::min(std::min(wanted, 0.99) - (start_.judge ? kOwnError : kFirstError), highest);
-    std::erase_if(within, [&](const Tried* t) { return t->first.right < least; });
-    std::stable_sort(within.begin(), within.end(), [&](const Tried* a, const Tried* b) {
-      const bool manual_a = in_manual(a->move.kind);
-      const bool manual_b = in_manual(b->move.kind);
-      return manual_a != manual_b ? manual_b : cost(*a) < cost(*b);
-    });
     const Tried* best = nullptr;
-    const std::size_t step = (within.size() + kMostChecked - 1) / kMostChecked;
-    for (std::size_t i = 0; i < within.size(); i += step) {
-      Tried& t = *within[i];
-      if (!t.all) t.all = judged(t.move);
-      if (added(*t.all) > share) continue;
-      if (best == nullptr || t.all->right > best->all->right) best = &t;
-      if (best->all->right >= wanted) break;
+    for (const bool manual : {false, true}) {
+      const std::vector<Tried*> moves = worth_trying(tried, share, manual);
+      const auto judge = [&](Tried& t) {
+        if (!t.all) t.all = judged(t.move);
+        if (added(*t.all) > share) return false;
+        if (best == nullptr || t.all->right > best->all->right) best = &t;
+        return t.all->right >= wanted;
+      };
+      std::size_t end = moves.size();  // moves from here on are larger than needed
+      const std::size_t failing = moves.size() - std::min(moves.size(), kMostFailing);
+      while (end > failing && !judge(*moves[end - 1])) --end;
+      if (end == failing) continue;
+      --end;
+      for (std::size_t begin = 0; begin < end;) {
+        const std::size_t middle = (begin + end) / 2;
+        if (judge(*moves[middle])) {
+          end = middle;
+        } else {
+          begin = middle + 1;
+        }
+      }
+      return moves[end];
     }
     return best;
+  }
+
+  // The moves of a class, from cheap to dear, of which each tells more than all before it.
+  std::vector<Tried*> worth_trying(std::vector<Tried>& tried, double share, bool manual) const {
+    std::vector<Tried*> moves;
+    for (Tried& t : tried) {
+      if (in_manual(t.move.kind) == manual && added(t.first) <= share) moves.push_back(&t);
+    }
+    std::stable_sort(moves.begin(), moves.end(),
+                     [&](const Tried* a, const Tried* b) { return cost(*a) < cost(*b); });
+    double most = -kMostLead;  // nats
+    std::erase_if(moves, [&](const Tried* t) {
+      if (t->first.lead <= most) return true;
+      most = t->first.lead;
+      return false;
+    });
+    return moves;
   }
 
   // Deviation that the move adds to those without a move, of the span of PV.
@@ -197,7 +214,7 @@ class Planner {
   // Why no test decides, and a larger one that would.
   void explain_refusal(const std::vector<Tried>& tried, Planned& out) const {
     std::vector<Tried> larger = tried;
-    for (Tried& t : try_moves(kAllowedSizes, kSizes.size())) larger.push_back(std::move(t));
+    for (const Tried& t : try_moves(kAllowedSizes, kSizes.size())) larger.push_back(t);
     const double most = 100.0 * start_.most_pv_share;
     std::erase_if(larger, [&](const Tried& t) {
       return t.first.right < kWanted - kFirstError || 100.0 * added(t.first) <= most;
@@ -246,7 +263,7 @@ class Planner {
     std::stable_sort(tried.begin(), tried.end(), [](const Tried& a, const Tried& b) {
       return a.first.pv_swing > b.first.pv_swing;
     });
-    tried.resize(std::min(tried.size(), kMostChecked));
+    tried.resize(std::min(tried.size(), kMostFailing));
     TestStart calm = start_;
     calm.disturbance = 0.0;
     const Planner without(explanations_, calm, parallel_);
@@ -352,7 +369,11 @@ class Planner {
       const Warm& warm = *warm_[truth * kTests + i % tests];
       const Run run = simulate(warm, move);
       add_swing(warm, run, out);
-      add_decision(by_samples(warm, run), truth, weight_[truth] / static_cast<double>(tests), out);
+      const double share = weight_[truth] / static_cast<double>(tests);
+      const std::vector<double> probability = by_samples(warm, run);
+      const double p = probability[truth];
+      out.lead += share * std::clamp(std::log(p / (1.0 - p)), -kMostLead, kMostLead);
+      add_decision(decision(probability), truth, share, out);
     }
     return out;
   }
@@ -371,7 +392,9 @@ class Planner {
       test.co.insert(test.co.end(), run.co.begin(), run.co.end());
       test.pv.insert(test.pv.end(), run.pv.begin(), run.pv.end());
       test.used.assign(test.pv.size(), true);
-      decided[i] = decision(start_.judge(test));
+      const std::size_t truth = i / kTests;
+      const std::size_t sample = i % kTests % explanations_[truth].samples.size();
+      decided[i] = decision(start_.judge(test, {truth, sample}));
     });
     Score out;
     for (std::size_t i = 0; i < decided.size(); ++i) {
@@ -402,7 +425,8 @@ class Planner {
     return explanations_.size();
   }
 
-  std::size_t by_samples(const Warm& warm, const Run& run) const {
+  // The probability of each explanation.
+  std::vector<double> by_samples(const Warm& warm, const Run& run) const {
     std::vector<double> co = warm.co;
     co.insert(co.end(), run.co.begin(), run.co.end());
     const TestEvidence evidence(model_, std::move(co), warm.co.size(), start_.noise_rms,
@@ -423,7 +447,7 @@ class Planner {
     }
     const double all = log_mean(score) + std::log(static_cast<double>(score.size()));
     for (double& v : score) v = std::exp(v - all);
-    return decision(score);
+    return score;
   }
 
   TestPlan described(const Tried& tried, double share) const {

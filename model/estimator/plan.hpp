@@ -74,6 +74,12 @@ double duration_s(const Move& move) noexcept;
 // move, and at its end.
 double moved(const Move& move, double from, double time_s) noexcept;
 
+// The sample of an explanation that made a simulated test.
+struct Drawn {
+  std::size_t explanation = 0;
+  std::size_t sample = 0;
+};
+
 // The loop at the start of a test.
 struct TestStart {
   double set_point = 0.0;              // PV units
@@ -85,9 +91,9 @@ struct TestStart {
   double law_error = 0.0;              // PV units: of the explanations themselves
   double most_pv_share = 0.05;         // of the span of PV: largest class that is allowed
   double longest_s = 1800.0;
-  // Probabilities of the explanations after the record of a test, which starts some answer times
-  // before the move. Empty: the samples of the explanations judge a test.
-  std::function<std::vector<double>(const Observed& test)> judge{};
+  // Probabilities of the explanations after the record of a simulated test, which starts some
+  // answer times before the move. Empty: the samples of the explanations judge a test.
+  std::function<std::vector<double>(const Observed& test, Drawn from)> judge{};
 };
 
 // PV of one explanation during a test: 90 % of its simulated tests.

@@ -33,7 +33,7 @@ std::vector<double> variance_of(const plant::LoopModel& model, const Blocks& blo
 
 }  // namespace
 
-TestEvidence::TestEvidence(const plant::LoopModel& model, std::vector<double> co,
+TestEvidence::TestEvidence(const plant::LoopModel& model, const std::vector<double>& co,
                            std::size_t before, double noise_rms, double disturbance,
                            double law_error)
     : before_(before),

@@ -20,7 +20,7 @@ class TestEvidence {
  public:
   // `co`: CO units, of the `before` samples before the move and of the test. `noise_rms`,
   // `law_error`: PV units. `disturbance`: PV units per root second.
-  TestEvidence(const plant::LoopModel& model, std::vector<double> co, std::size_t before,
+  TestEvidence(const plant::LoopModel& model, const std::vector<double>& co, std::size_t before,
                double noise_rms, double disturbance, double law_error);
 
   // `error`: PV less PV of the sample, PV units, as long as CO.

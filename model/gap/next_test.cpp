@@ -36,8 +36,9 @@ void plan_next_test(const estimator::Estimate& found, const std::vector<Probabil
   const double rest_s = estimator::kRest * std::max(plant::answer_s(model), model.sample_time_s);
   start.noise_rms = found.noise_rms;
   start.law_error = found.law_error;
-  start.judge = [&](const estimator::Observed& test) {
-    return estimator::among(found.reweighted(test, rest_s).probability, index);
+  start.judge = [&](const estimator::Observed& test, estimator::Drawn from) {
+    from.explanation = index[from.explanation];
+    return estimator::among(found.reweighted(test, rest_s, from).probability, index);
   };
   const estimator::Planned planned = estimator::propose_test(competing, start, parallel);
   result.why_no_test = planned.why_not;

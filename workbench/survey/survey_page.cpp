@@ -162,9 +162,10 @@ std::string found_text(const json& loop) {
 // finding.
 std::string verdict_html(const json& judged) {
   std::string html = escaped(surveyed_verdict(judged));
-  if (judged.value("duplicate_of", json(nullptr)).is_string())
+  if (judged.value("duplicate_of", json(nullptr)).is_string()) {
     html += fmt::format("<div class=\"why\">{}</div>",
                         escaped(judged.at("next").at("why").get<std::string>()));
+  }
   if (const std::string found = found_text(judged); !found.empty())
     html += fmt::format("<div class=\"why\">found: {}</div>", escaped(found));
   if (judged.at("reason").is_string()) {

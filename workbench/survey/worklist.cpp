@@ -164,9 +164,10 @@ json worklist(const json& survey, const Costs& costs, const LoopWeights& weights
   std::map<std::string, Order> orders;  // by the tag of the loop to work on
   for (const json& loop : survey.at("loops")) {
     const auto work = work_of(loop);
-    if (work && served_by(loop).empty())
+    if (work && served_by(loop).empty()) {
       orders[loop.at("tag").get<std::string>()] = {order_for(loop, *work, costs),
                                                    cost_of(loop, costs, weights), *work};
+    }
   }
   // Loops that follow another one. A chain ends at the first loop with an order.
   for (const json& loop : survey.at("loops")) {

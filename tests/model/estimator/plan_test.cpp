@@ -89,7 +89,7 @@ TEST_CASE("a loop that answers too slowly for any test is refused with this reas
 
 TEST_CASE("the judge of the caller decides which move is proposed", "[estimator][plan]") {
   TestStart start = quiet_loop();
-  start.judge = [](const Observed&) { return std::vector<double>{0.5, 0.5}; };
+  start.judge = [](const Observed&, Drawn) { return std::vector<double>{0.5, 0.5}; };
   const Planned planned = propose_test(sticks_or_plays(0.4), start, estimator_test::in_order);
   CHECK_FALSE(planned.plan);
   REQUIRE(planned.best);
