@@ -310,7 +310,6 @@ class Estimator {
         if (more != parameters.end() && more->second < term.more_from) return false;
       }
     }
-    if (fit.score < competition_.none().score) return true;
     const std::vector<double> pv = run_of(fit);
     double sum = 0.0;
     for (std::size_t k = 0; k < fitted_; ++k) sum += (pv[k] - base[k]) * (pv[k] - base[k]);

@@ -9,7 +9,7 @@
 //
 // The best moves are then judged by `judge`, which is the estimator itself.
 //
-// A test decides if one explanation reaches 0.95. It is right if this is the simulated one.
+// A test decides if one explanation reaches 0.9. It is right if this is the simulated one.
 //
 //   P(right) = sum over explanations of probability * share of its simulated tests that are right
 //
@@ -39,8 +39,8 @@ namespace loopwarden::estimator {
 
 // Least probability of an explanation that a test has to tell from others. By hand.
 inline constexpr double kCompetes = 0.05;
-// Probability of one explanation at which a test decides: the others no longer compete.
-inline constexpr double kDecides = 1.0 - kCompetes;
+// Probability of one explanation at which a test decides. By hand.
+inline constexpr double kDecides = 0.9;
 
 struct Explanation {
   std::vector<std::string> effects;  // empty: nothing is missing
