@@ -26,10 +26,11 @@ target_compile_definitions(loopwarden_version INTERFACE LOOPWARDEN_VERSION="${PR
 
 # Parts that neither step loops nor answer many requests are compiled for a short build: programs that a user starts, and
 # services that wait most of their time. With LOOPWARDEN_SHORT_BUILD these are not optimised, and the others a little.
+# The build type of a Debian package is None.
 function(loopwarden_optimise target)
   file(RELATIVE_PATH folder ${CMAKE_SOURCE_DIR} ${CMAKE_CURRENT_SOURCE_DIR})
   if(folder MATCHES "^(config|workbench|services|lab)")
-    target_compile_options(${target} PRIVATE $<IF:$<BOOL:${LOOPWARDEN_SHORT_BUILD}>,-O0,$<$<CONFIG:Release>:-O1>>)
+    target_compile_options(${target} PRIVATE $<IF:$<BOOL:${LOOPWARDEN_SHORT_BUILD}>,-O0,$<$<NOT:$<CONFIG:Debug>>:-O1>>)
   elseif(LOOPWARDEN_SHORT_BUILD)
     target_compile_options(${target} PRIVATE -O1)
   endif()
