@@ -135,6 +135,8 @@ LocalServer::Answer AlarmCommands::outcome(const protocol::OutcomeRequest& reque
   line.new_value = request.found;
   line.reason = short_text(request.note, "note");
   line.result = "done";
+  if (line.reason.starts_with(protocol::kRepaired) || line.reason.starts_with(protocol::kChanged))
+    worked_(index, sender.peer);
   protocol::OutcomeKept kept{.said = line.old_value};
   return when_written(journal_, std::move(kept), journal_.post(std::move(line)), sender);
 }

@@ -2,8 +2,10 @@
 #pragma once
 
 #include <string>
+#include <utility>
 
 #include "base/local_server.hpp"
+#include "daemon/console/journal_answer.hpp"
 #include "daemon/console/plant.hpp"
 #include "daemon/console/sender.hpp"
 #include "daemon/journal/journal.hpp"
@@ -15,7 +17,8 @@ namespace loopwarden::daemon::console {
 // findings and notes. Each answer waits for the journal. Throws RequestError.
 class AlarmCommands {
  public:
-  AlarmCommands(const Plant& plant, journal::Journal& journal) : plant_(plant), journal_(journal) {}
+  AlarmCommands(const Plant& plant, journal::Journal& journal, Worked worked)
+      : plant_(plant), journal_(journal), worked_(std::move(worked)) {}
 
   base::LocalServer::Answer alarm(const protocol::AlarmRequest& request, const Sender& sender);
   base::LocalServer::Answer acknowledge_incident(
@@ -31,6 +34,7 @@ class AlarmCommands {
 
   Plant plant_;
   journal::Journal& journal_;
+  Worked worked_;
 };
 
 }  // namespace loopwarden::daemon::console

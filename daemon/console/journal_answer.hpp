@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <utility>
@@ -20,6 +21,9 @@ namespace loopwarden::daemon::console {
 // Longest time for which an answer waits for the disk; other requests are served meanwhile.
 inline constexpr std::chrono::milliseconds kDiskPatience{1000};
 inline constexpr std::chrono::milliseconds kLimitedDiskPatience{250};  // page.sock, edge.sock
+
+// Is called after work at a loop that a receipt can judge: new gains, or a reported repair or change.
+using Worked = std::function<void(std::size_t loop, const std::string& peer)>;
 
 // Returns a line for the command of an operator, without its result.
 inline journal::JournalEntry operator_line(const Plant& plant, std::size_t loop,

@@ -211,6 +211,7 @@ commands::CommandQueue& LoopCommands::queue(std::size_t loop) {
     queues_.push_back(queue_of(
         runtime, runtime.channels->operator_commands, journal_,
         [this, next](const rt::Command& command, const journal::JournalEntry& line) {
+          if (command.kp) worked_(next, line.peer);
           // The monitor must not undo an operator's change of the jacket.
           if (!command.jacket ||
               plant_.alarms.snapshot(next).corrective == alarm::CorrectiveState::off)

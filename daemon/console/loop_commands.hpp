@@ -4,8 +4,10 @@
 #include <cstddef>
 #include <deque>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "daemon/console/journal_answer.hpp"
 #include "daemon/console/operations.hpp"
 #include "daemon/console/plant.hpp"
 #include "daemon/console/sender.hpp"
@@ -20,8 +22,9 @@ namespace loopwarden::daemon::console {
 // a refusal, which the journal has too.
 class LoopCommands {
  public:
-  LoopCommands(const Plant& plant, journal::Journal& journal, const Operations& operations)
-      : plant_(plant), journal_(journal), operations_(operations) {}
+  LoopCommands(const Plant& plant, journal::Journal& journal, const Operations& operations,
+               Worked worked)
+      : plant_(plant), journal_(journal), operations_(operations), worked_(std::move(worked)) {}
   LoopCommands(const LoopCommands&) = delete;
   LoopCommands& operator=(const LoopCommands&) = delete;
 
@@ -51,6 +54,7 @@ class LoopCommands {
   Plant plant_;
   journal::Journal& journal_;
   const Operations& operations_;
+  Worked worked_;
   std::deque<commands::CommandQueue> queues_;  // one per loop, created before the first command
 };
 

@@ -77,10 +77,12 @@ const OperatorCommands::Command* OperatorCommands::find(std::string_view name) n
 OperatorCommands::OperatorCommands(const Plant& plant, const Archive& archive,
                                    const DaemonInfo& info, Operations& operations,
                                    SessionClock clock)
-    : loops_(plant, archive.journal, operations),
+    : loops_(plant, archive.journal, operations,
+             [this](std::size_t loop, const std::string& peer) { records_.receipt(loop, peer); }),
       sessions_(plant, archive.journal, loops_, operations, std::move(clock)),
       records_(plant, archive, info),
-      alarms_(plant, archive.journal),
+      alarms_(plant, archive.journal,
+              [this](std::size_t loop, const std::string& peer) { records_.receipt(loop, peer); }),
       reloads_(operations) {}
 
 const Access* OperatorCommands::access(std::string_view name) noexcept {

@@ -113,13 +113,15 @@ protocol::Report report_of(const reports::Report& r) {
                         .asked_ms = r.asked_ms,
                         .state = reports::to_text(r.state),
                         .place = {},
+                        .due_ms = {},
                         .started_ms = moment(r.started_ms),
                         .ended_ms = moment(r.ended_ms),
                         .doing = r.doing,
                         .percent = {},
                         .sentence = r.sentence,
                         .page = {}};
-  if (r.state == State::waiting) told.place = r.place;
+  if (r.state == State::waiting && r.order.due_ms > 0) told.due_ms = r.order.due_ms;
+  if (r.place > 0) told.place = r.place;
   if (!r.doing.empty()) told.percent = static_cast<std::uint64_t>(r.percent);
   if (r.has_page) told.page = "reports/" + r.name + "/" + reports::page_of(r.order.kind);
   return told;

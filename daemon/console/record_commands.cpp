@@ -4,7 +4,9 @@
 #include <fmt/chrono.h>
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <optional>
 #include <utility>
 
@@ -16,6 +18,12 @@ namespace {
 constexpr double kLongestRecord_s = 86'400.0;
 // Longest wait of a request for the disk.
 constexpr std::chrono::milliseconds kRecordPatience{1000};
+constexpr std::chrono::seconds kBetweenLooks{5};  // at receipts that are due
+// s of the loop's time that a receipt takes before and after the work. The errors of receipts are
+// measured with records of 4 h. At most half of the samples of a report.
+constexpr double kBeforeWork_s = 8.0 * 3600.0;
+constexpr double kAfterWork_s = 4.0 * 3600.0 + 600.0;
+constexpr double kMostReceiptSamples = 5e5;
 
 }  // namespace
 
@@ -61,6 +69,10 @@ void RecordCommands::limit(std::size_t loop, const std::string& file,
 }
 
 void RecordCommands::end_records(Clock::time_point now) {
+  if (now >= next_look_) {
+    next_look_ = now + kBetweenLooks;
+    archive_.reports.look_at_due();
+  }
   for (auto at = records_.begin(); at != records_.end();) {
     const auto& [loop, record] = *at;
     const bool commissioned =
@@ -93,7 +105,7 @@ base::LocalServer::Answer RecordCommands::report(const protocol::ReportRequest& 
                                                  const Sender& sender) {
   const std::size_t index = loop_index(plant_, request.loop);
   const std::optional<reports::Kind> kind = reports::kind_of(request.kind);
-  if (!kind) throw RequestError("kind is gap, commission, survey or diagnose");
+  if (!kind) throw RequestError("kind is gap, commission, survey, diagnose or receipt");
   check_span(request, *kind, index);
   if (!archive_.reports.has_program()) {
     throw RequestError("loopwarden, which makes reports, is not installed beside the daemon");
@@ -115,6 +127,24 @@ base::LocalServer::Answer RecordCommands::report(const protocol::ReportRequest& 
                             .waiting = taken ? taken->place : archive_.reports.most_waiting(),
                             .name = taken ? taken->name : std::string()},
       archive_.journal.post(std::move(line)), sender);
+}
+
+void RecordCommands::receipt(std::size_t loop, const std::string& peer) {
+  if (!archive_.reports.has_program()) return;
+  const config::LoopConfig& config = plant_.loops[loop].config;
+  const auto ms = [&](double seconds) {
+    return std::llround(1000.0 * std::min(seconds, kMostReceiptSamples * config.sample_time_s) /
+                        info_.description().accelerate);
+  };
+  const std::int64_t now_ms = plant_.alarms.now_ms();
+  const std::int64_t end_ms = now_ms + ms(kAfterWork_s);
+  archive_.reports.post_later({.loop = plant_.alarms.name(loop),
+                               .kind = reports::Kind::receipt,
+                               .from_ms = now_ms - ms(kBeforeWork_s),
+                               .to_ms = end_ms,
+                               .by = peer,
+                               .twin = config.monitor.twin,
+                               .due_ms = end_ms});
 }
 
 void RecordCommands::check_span(const protocol::ReportRequest& request, reports::Kind kind,

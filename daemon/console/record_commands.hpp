@@ -25,6 +25,8 @@ class RecordCommands {
 
   protocol::RecordFile record(const protocol::RecordRequest& request, const Sender& sender);
   base::LocalServer::Answer report(const protocol::ReportRequest& request, const Sender& sender);
+  // Prepares the receipt of work at the loop that ends now. It is made when enough is recorded.
+  void receipt(std::size_t loop, const std::string& peer);
   // Stops each record whose time is over or whose commissioning has ended.
   void end_records(Commissioning::Clock::time_point now);
 
@@ -45,6 +47,7 @@ class RecordCommands {
   Archive archive_;
   const DaemonInfo& info_;
   std::map<std::size_t, EndingRecord> records_;  // by loop
+  Clock::time_point next_look_{};                // at receipts that are due
 };
 
 }  // namespace loopwarden::daemon::console

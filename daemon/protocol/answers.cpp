@@ -86,8 +86,8 @@ PROTOCOL_JSON(Windows, windows)
 PROTOCOL_JSON(LoopDescription, tag, description, area, master, control, pv_unit, co_unit,
               sample_time_s, stem, monitor, twin, specialists, recording, simulated, folder,
               pv_range, co_range, sp_limits, output_limits, source, action)
-PROTOCOL_JSON(Report, name, loop, kind, from_ms, to_ms, by, asked_ms, state, place, started_ms,
-              ended_ms, doing, percent, sentence, page)
+PROTOCOL_JSON(Report, name, loop, kind, from_ms, to_ms, by, asked_ms, state, place, due_ms,
+              started_ms, ended_ms, doing, percent, sentence, page)
 PROTOCOL_JSON(Reports, reports)
 PROTOCOL_JSON(ReportTaken, taken, waiting, name, on_disk)
 

@@ -357,12 +357,13 @@ struct Links {
 // --- reports of a loop's record ---
 
 struct Report {
-  std::string name{}, loop{}, kind{};  // gap, commission, survey, diagnose
+  std::string name{}, loop{}, kind{};  // gap, commission, survey, diagnose, receipt
   std::int64_t from_ms = 0, to_ms = 0;
   std::string by{};
   std::int64_t asked_ms = 0;
   std::string state{};                   // waiting, running, done, failed
   std::optional<std::uint64_t> place{};  // position in the queue, from 1; only while it waits
+  std::optional<std::int64_t> due_ms{};  // it waits for this time, at which its record ends
   std::optional<std::int64_t> started_ms{}, ended_ms{};
   std::string doing{};  // present step and its progress; only while it runs
   std::optional<std::uint64_t> percent{};

@@ -208,6 +208,11 @@ struct VetoRequest {
 // Findings of a technician at the valve. other: the cause is not the valve.
 inline constexpr std::array kFoundWords{"stiction", "backlash", "air", "nothing", "other"};
 
+// A note that begins with one of these words reports work that is done: a repair, or a change at
+// the valve or its positioner without a fault. A receipt compares the records before and after it.
+inline constexpr std::string_view kRepaired = "repaired";
+inline constexpr std::string_view kChanged = "changed";
+
 struct OutcomeRequest {
   static constexpr const char* kName = "outcome";
   using Answer = OutcomeKept;

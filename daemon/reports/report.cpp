@@ -30,7 +30,7 @@ State state_of(const std::string& name) {
 }  // namespace
 
 const char* to_text(Kind kind) noexcept {
-  constexpr std::array kNames{"gap", "commission", "survey", "diagnose"};
+  constexpr std::array kNames{"gap", "commission", "survey", "diagnose", "receipt"};
   return kNames[static_cast<std::size_t>(kind)];
 }
 
@@ -61,6 +61,8 @@ void write_about(const Report& r, const std::filesystem::path& folder) {
                      {"from_ms", r.order.from_ms},
                      {"to_ms", r.order.to_ms},
                      {"by", r.order.by},
+                     {"twin", r.order.twin},
+                     {"due_ms", r.order.due_ms},
                      {"asked_ms", r.asked_ms},
                      {"state", to_text(r.state)},
                      {"started_ms", r.started_ms},
@@ -85,7 +87,8 @@ std::optional<Report> read_about(const std::filesystem::path& folder) {
                .from_ms = about.at("from_ms").get<std::int64_t>(),
                .to_ms = about.at("to_ms").get<std::int64_t>(),
                .by = about.at("by").get<std::string>(),
-               .twin = {}};
+               .twin = about.value("twin", ""),
+               .due_ms = about.value("due_ms", std::int64_t{0})};
     r.asked_ms = about.at("asked_ms").get<std::int64_t>();
     r.state = state_of(about.at("state").get<std::string>());
     r.started_ms = about.at("started_ms").get<std::int64_t>();

@@ -13,8 +13,9 @@
 namespace loopwarden::daemon::reports {
 
 // Kinds of reports, named after the commands of `loopwarden` that make them.
-enum class Kind : std::uint8_t { gap, commission, survey, diagnose };
-inline constexpr std::array kKinds{Kind::gap, Kind::commission, Kind::survey, Kind::diagnose};
+enum class Kind : std::uint8_t { gap, commission, survey, diagnose, receipt };
+inline constexpr std::array kKinds{Kind::gap, Kind::commission, Kind::survey, Kind::diagnose,
+                                   Kind::receipt};
 const char* to_text(Kind kind) noexcept;
 std::optional<Kind> kind_of(std::string_view name) noexcept;
 // Returns the name of the report's main file in its folder.
@@ -30,6 +31,8 @@ struct Order {
   std::int64_t to_ms = 0;
   std::string by;    // the requesting user
   std::string twin;  // file of the loop's twin; empty: no twin
+  // The report is made from this time on, because its record ends then; 0: at once.
+  std::int64_t due_ms = 0;
 };
 
 struct Report {

@@ -85,6 +85,11 @@ void take_progress(const std::string& line, Report& report) {
   report.percent = std::clamp(percent, 0, 100);
 }
 
+// Returns whether the report waits for others, and not for its time.
+bool in_queue(const Report& report) {
+  return report.state == State::waiting && report.order.due_ms == 0;
+}
+
 // Removes the leftovers of a killed command: all files except those that describe the report.
 void clear(const fs::path& folder) {
   std::error_code gone;
@@ -97,30 +102,71 @@ void clear(const fs::path& folder) {
 }  // namespace
 
 std::optional<Report> ReportQueue::post(Order order) {
+  const std::int64_t now_ms = callbacks_.now_ms();
   Report report;
-  report.asked_ms = callbacks_.now_ms();
-  report.order = std::move(order);
   {
     const std::lock_guard lock(mutex_);
-    const auto waiting = static_cast<std::size_t>(std::count_if(
-        all_.begin(), all_.end(), [](const Entry& e) { return e.report.state == State::waiting; }));
+    const auto waiting = static_cast<std::size_t>(
+        std::count_if(all_.begin(), all_.end(), [](const Entry& e) { return in_queue(e.report); }));
     if (waiting >= settings_.most_waiting) return std::nullopt;
-    const auto is_taken = [&](const Entry& e) { return e.report.name == report.name; };
-    do {
-      report.name = name_of(report.order, report.asked_ms);
-    } while (std::any_of(all_.begin(), all_.end(), is_taken) && ++report.asked_ms > 0);
+    report = add(std::move(order), now_ms);
     report.place = waiting + 1;
-    all_.push_back({report, false});
   }
   callbacks_.wake();
   return report;
+}
+
+void ReportQueue::post_later(Order order) {
+  const std::int64_t now_ms = callbacks_.now_ms();
+  {
+    const std::lock_guard lock(mutex_);
+    const auto waits = std::find_if(all_.begin(), all_.end(), [&](const Entry& e) {
+      return e.report.state == State::waiting && e.report.order.due_ms > 0 &&
+             e.report.order.loop == order.loop && e.report.order.kind == order.kind;
+    });
+    if (waits == all_.end()) {
+      add(std::move(order), now_ms);
+    } else {
+      waits->report.order.to_ms = order.to_ms;
+      waits->report.order.due_ms = order.due_ms;
+      waits->on_disk = false;
+    }
+  }
+  callbacks_.wake();  // to write it to the disk
+}
+
+// The lock is held.
+Report ReportQueue::add(Order order, std::int64_t now_ms) {
+  Report report;
+  report.asked_ms = now_ms;
+  report.order = std::move(order);
+  const auto is_taken = [&](const Entry& e) { return e.report.name == report.name; };
+  do {
+    report.name = name_of(report.order, report.asked_ms);
+  } while (std::any_of(all_.begin(), all_.end(), is_taken) && ++report.asked_ms > 0);
+  all_.push_back({report, false});
+  return report;
+}
+
+void ReportQueue::look_at_due() const {
+  const std::int64_t now_ms = callbacks_.now_ms();
+  const auto is_due = [&](const Entry& e) {
+    const std::int64_t due_ms = e.report.order.due_ms;
+    return e.report.state == State::waiting && due_ms > 0 && due_ms <= now_ms;
+  };
+  bool due = false;
+  {
+    const std::lock_guard lock(mutex_);
+    due = std::any_of(all_.begin(), all_.end(), is_due);
+  }
+  if (due) callbacks_.wake();
 }
 
 std::size_t ReportQueue::waiting_before(const Report& report) const {
   std::size_t before = 0;
   for (const Entry& e : all_) {
     if (e.report.name == report.name) break;
-    before += e.report.state == State::waiting ? 1 : 0;
+    if (in_queue(e.report)) ++before;
   }
   return before;
 }
@@ -132,7 +178,7 @@ std::optional<std::vector<Report>> ReportQueue::of(const std::string& loop) cons
   for (auto e = all_.rbegin(); e != all_.rend(); ++e) {
     if (e->report.order.loop != loop) continue;
     Report& report = reports.emplace_back(e->report);
-    report.place = report.state == State::waiting ? waiting_before(report) + 1 : 0;
+    report.place = in_queue(report) ? waiting_before(report) + 1 : 0;
   }
   return reports;
 }
@@ -160,7 +206,10 @@ void ReportQueue::load() {
        it.increment(error)) {
     std::optional<Report> report = read_about(it->path());
     if (!report) continue;
-    if (!report->ended()) {
+    if (!report->ended() && report->order.due_ms > 0) {
+      report->state = State::waiting;
+      clear(it->path());
+    } else if (!report->ended()) {
       report->state = State::failed;
       report->ended_ms = callbacks_.now_ms();
       report->sentence = "The daemon was restarted before it was done.";
@@ -196,12 +245,14 @@ void ReportQueue::write_new() {
 }
 
 std::optional<Report> ReportQueue::begin() {
+  const std::int64_t now_ms = callbacks_.now_ms();
   const std::lock_guard lock(mutex_);
-  const auto next = std::find_if(all_.begin(), all_.end(),
-                                 [](const Entry& e) { return e.report.state == State::waiting; });
+  const auto next = std::find_if(all_.begin(), all_.end(), [&](const Entry& e) {
+    return e.report.state == State::waiting && e.report.order.due_ms <= now_ms;
+  });
   if (next == all_.end()) return std::nullopt;
   next->report.state = State::running;
-  next->report.started_ms = callbacks_.now_ms();
+  next->report.started_ms = now_ms;
   return next->report;
 }
 
@@ -252,11 +303,14 @@ std::vector<std::string> ReportQueue::arguments_for(const Report& report) const 
                                  "--socket=" + settings_.socket.string()};
   if (order.kind == Kind::diagnose) {
     words.push_back("--report=" + (folder / page_of(order.kind)).string());
+  } else if (order.kind == Kind::receipt) {
+    words.push_back("--out=" + (folder / page_of(order.kind)).string());
   } else {
     words.push_back("--out=" + folder.string());
   }
   if (order.twin.empty()) return words;
-  if (order.kind == Kind::gap) words.push_back("--model=" + order.twin);
+  if (order.kind == Kind::gap || order.kind == Kind::receipt)
+    words.push_back("--model=" + order.twin);
   if (order.kind == Kind::commission) words.push_back("--again=" + order.twin);
   return words;
 }

@@ -4,7 +4,8 @@
 // Requests never wait for the disk. The thread that calls run_next(), lw-explain, does all work on
 // the disk while no explanation of an alarm is due. If an explanation becomes due, the running
 // report is stopped and starts again after it. Each report has a separate folder. The newest `kept`
-// reports per loop are kept. A report that a restart of the daemon ended is marked as failed.
+// reports per loop are kept. A report that a restart of the daemon ended is marked as failed; one
+// with a due time waits again.
 #pragma once
 
 #include <chrono>
@@ -52,6 +53,11 @@ class ReportQueue {
   std::size_t most_waiting() const noexcept { return settings_.most_waiting; }
   // Queues a report. Returns it with name and place; nullopt if the queue is full.
   std::optional<Report> post(Order order);
+  // Queues a report that is made at order.due_ms. If one of the same loop and kind waits already, it
+  // is delayed until then instead.
+  void post_later(Order order);
+  // Announces work if a report has become due. To be called regularly.
+  void look_at_due() const;
   // Returns a loop's reports, newest first; nullopt while those from before the start are not
   // loaded.
   std::optional<std::vector<Report>> of(const std::string& loop) const;
@@ -65,6 +71,7 @@ class ReportQueue {
     Report report;
     bool on_disk = false;
   };
+  Report add(Order order, std::int64_t now_ms);
   std::filesystem::path folder_of(const Report& report) const {
     return settings_.folder / report.name;
   }

@@ -48,6 +48,7 @@ struct OutcomeCommand {
   std::vector<std::string> from;
   RecordInput input;
   bool repaired = false;
+  std::string changed;
   bool list = false;
   bool tests = false;
   bool json = false;
@@ -401,7 +402,14 @@ int run_outcome(const OutcomeCommand& given) {
   if (options.repaired) {
     if (options.found.empty() || options.found == "nothing")
       fail(kExitUsage, "--repaired: add --found with the fault that was repaired");
-    options.note = std::string(kRepaired) + (options.note.empty() ? "" : "; " + options.note);
+    options.note =
+        std::string(protocol::kRepaired) + (options.note.empty() ? "" : "; " + options.note);
+  }
+  if (!options.changed.empty()) {
+    if (options.socket.empty()) require("--socket with --changed");
+    if (options.found.empty()) options.found = "nothing";
+    options.note = fmt::format("{}: {}{}{}", protocol::kChanged, options.changed,
+                               options.note.empty() ? "" : "; ", options.note);
   }
   if (options.list) return options.socket.empty() ? list_outcomes(options) : list_journal(options);
   return options.out.empty() ? keep_answer(options) : export_records(options);
@@ -416,9 +424,14 @@ void add_outcome(Program& program) {
   command.option("tag", o.tag, "tag of the loop");
   command.option("--found", o.found, "what was found at the valve; other: not the valve",
                  one_of(found_words()));
-  command.flag("--repaired", o.repaired,
-               "the fault was repaired now: loopwarden receipt compares the records before and "
-               "after");
+  const Option repaired = command.flag(
+      "--repaired", o.repaired,
+      "the fault was repaired now: loopwarden receipt compares the records before and after");
+  command
+      .option("--changed", o.changed,
+              "what was changed now without a fault, such as \"positioner gain 8 to 12\": as "
+              "--repaired, for a loop of the daemon")
+      .excludes(repaired);
   command.option("--note", o.note, "note of the technician");
   const Option survey = command.setting(
       "--survey", o.survey, "folder of the survey, whose outcomes.csv receives the answer");

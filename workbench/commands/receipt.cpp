@@ -1,18 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
-// loopwarden receipt: compares a loop before and after work at its valve.
+// loopwarden receipt: compares a loop before and after a repair or another change.
 #include <fmt/format.h>
 
 #include <chrono>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <sstream>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "config/diagnostic.hpp"
+#include "config/loop_model_reader.hpp"
 #include "daemon/protocol/ask.hpp"
 #include "record/import/time_text.hpp"
+#include "workbench/command_line/background.hpp"
 #include "workbench/command_line/frame.hpp"
 #include "workbench/commands/subcommands.hpp"
 #include "workbench/files/output_files.hpp"
@@ -34,6 +37,11 @@ struct ReceiptCommand {
   std::string socket;
   std::string at;
   std::string found;
+  std::string since, until;
+  std::string model;
+  std::vector<double> gains_before, gains_after;
+  bool changed = false;
+  bool background = false;
   double hours = 8.0;
   double settle_min = 10.0;
   std::string kind;
@@ -44,21 +52,72 @@ struct ReceiptCommand {
   RecordInput input;
 };
 
+// Work at a loop. Several changes within an hour are one work.
 struct Work {
-  std::int64_t utc_ms = 0;
-  std::string found;
+  std::int64_t from_ms = 0, to_ms = 0;
+  std::string found;               // of the newest repair
+  bool repair = false;             // of a fault
+  std::vector<std::string> lines;  // oldest first
+  std::string gains_before, gains_after;
 };
 
-// Returns the newest answer of `loopwarden outcome --repaired` for the loop.
-std::optional<Work> newest_work(DaemonClient& daemon, const std::string& tag) {
-  constexpr std::uint64_t kMost = 1000;
-  protocol::JournalRequest request{.most = kMost, .text = "outcome"};
-  request.loop = tag;
-  for (const protocol::JournalLine& line : protocol::ask(daemon, request).lines) {
-    if (line.what == "outcome" && line.loop == tag && line.reason.starts_with(kRepaired))
-      return Work{line.utc_ms, line.new_};
+// Adds what the line reports. Lines come in the order newest first.
+void add_line(Work& work, const protocol::JournalLine& line) {
+  std::string text;
+  if (line.what == "gains") {
+    work.gains_before = line.old_;
+    if (work.gains_after.empty()) work.gains_after = line.new_;
+    text = fmt::format("gains: {}, before {}", line.new_, line.old_);
+  } else if (line.reason.starts_with(protocol::kRepaired)) {
+    if (!work.repair) work.found = line.new_;
+    work.repair = true;
+    text = fmt::format("{}: {}", line.new_, line.reason);
+  } else {
+    text = line.reason;
   }
-  return std::nullopt;
+  work.from_ms = line.utc_ms;
+  if (work.to_ms == 0) work.to_ms = line.utc_ms;
+  work.lines.insert(work.lines.begin(),
+                    record::iso_text(line.utc_ms / 1000, 0.0, true) + " " + text);
+}
+
+bool is_work(const protocol::JournalLine& line) {
+  if (line.what == "gains") return line.result == "done";
+  return line.what == "outcome" && (line.reason.starts_with(protocol::kRepaired) ||
+                                    line.reason.starts_with(protocol::kChanged));
+}
+
+// Returns the newest work at the loop in the journal, between --since and --until.
+std::optional<Work> newest_work(DaemonClient& daemon, const ReceiptCommand& options,
+                                double accelerate) {
+  constexpr std::uint64_t kMost = 1000;
+  constexpr double kOneWork_ms = 3.6e6;
+  protocol::JournalRequest request{.most = kMost, .kind = "operator"};
+  request.loop = options.tag;
+  const auto moment = [](const std::string& text) -> protocol::Maybe<std::uint64_t> {
+    const auto ns = utc_ns_of(text);
+    return ns ? protocol::Maybe<std::uint64_t>(static_cast<std::uint64_t>(*ns / 1'000'000))
+              : protocol::Maybe<std::uint64_t>();
+  };
+  request.from_ms = moment(options.since);
+  request.to_ms = moment(options.until);
+  Work work;
+  for (const protocol::JournalLine& line : protocol::ask(daemon, request).lines) {
+    if (line.loop != options.tag || !is_work(line)) continue;
+    const auto gap_ms = static_cast<double>(work.from_ms - line.utc_ms);
+    if (work.to_ms != 0 && gap_ms * accelerate > kOneWork_ms) break;
+    add_line(work, line);
+  }
+  return work.to_ms == 0 ? std::nullopt : std::optional(work);
+}
+
+// Returns the gains of a line of the journal, such as "kp 1 ki 0.1 kd 0".
+std::optional<control::PidGains> gains_in(const std::string& text) {
+  std::istringstream words(text);
+  std::string name;
+  control::PidGains gains;
+  words >> name >> gains.kp >> name >> gains.ki >> name >> gains.kd;
+  return words ? std::optional(gains) : std::nullopt;
 }
 
 std::vector<record::Imported> imported(const ReceiptCommand& options,
@@ -71,21 +130,32 @@ std::vector<record::Imported> imported(const ReceiptCommand& options,
 // Takes the records before and after the work from the daemon's recorder.
 ReceiptInput from_daemon(const ReceiptCommand& options, const fs::path& folder) {
   DaemonClient daemon(options.socket);
-  ReceiptInput input{.tag = options.tag, .found = options.found};
-  std::optional<std::int64_t> at_ns = utc_ns_of(options.at);
-  if (!at_ns) {
-    const auto work = newest_work(daemon, options.tag);
+  const double accelerate = protocol::ask(daemon, protocol::DescribeRequest{}).accelerate;
+  ReceiptInput input{.tag = options.tag, .found = options.found, .repair = !options.changed};
+  constexpr std::int64_t kNsPerMs = 1'000'000;
+  std::int64_t begin_ns = utc_ns_of(options.at).value_or(0);
+  std::int64_t end_ns = begin_ns;
+  if (begin_ns == 0) {
+    const auto work = newest_work(daemon, options, accelerate);
     if (!work) {
       fail(kExitData,
-           "{}: the journal has no answer with --repaired. Give one with loopwarden outcome, or "
-           "the time of the work with --at",
+           "{}: the journal has no repair and no change in this time. Report one with loopwarden "
+           "outcome --repaired or --changed, or give its time with --at",
            options.tag);
     }
-    at_ns = work->utc_ms * 1'000'000;
+    begin_ns = work->from_ms * kNsPerMs;
+    end_ns = work->to_ms * kNsPerMs;
     if (input.found.empty()) input.found = work->found;
+    input.repair = work->repair;
+    input.work = work->lines;
+    const auto before = gains_in(work->gains_before);
+    const auto after = gains_in(work->gains_after);
+    if (before && after) input.gains = {*before, *after};
   }
-  input.worked_at = record::iso_text(*at_ns / 1'000'000'000, 0.0, true);
-  const auto ns = [](double seconds) { return static_cast<std::int64_t>(seconds * 1e9); };
+  input.worked_at = record::iso_text(end_ns / 1'000'000'000, 0.0, true);
+  const auto ns = [&](double seconds) {
+    return static_cast<std::int64_t>(seconds * 1e9 / accelerate);
+  };
   const auto take = [&](const char* name, std::int64_t from, std::optional<std::int64_t> to) {
     record::ExportSettings settings;
     settings.from_utc_ns = from;
@@ -104,8 +174,10 @@ ReceiptInput from_daemon(const ReceiptCommand& options, const fs::path& folder) 
   };
   const std::int64_t settle = ns(60.0 * options.settle_min);
   const std::int64_t length = ns(3600.0 * options.hours);
-  input.before = take("before", *at_ns - settle - length, *at_ns - settle);
-  input.after = take("after", *at_ns + settle, *at_ns + settle + length);
+  input.before = take("before", utc_ns_of(options.since).value_or(begin_ns - settle - length),
+                      begin_ns - settle);
+  input.after =
+      take("after", end_ns + settle, utc_ns_of(options.until).value_or(end_ns + settle + length));
   return input;
 }
 
@@ -128,7 +200,24 @@ class TemporaryRecords {
   fs::path path_;
 };
 
-int run_receipt(const ReceiptCommand& options) {
+void add_model(const ReceiptCommand& options, ReceiptInput& input) {
+  const auto gains = [](const std::vector<double>& given) {
+    return control::PidGains{.kp = given[0], .ki = given[1], .kd = given[2]};
+  };
+  if (!options.gains_before.empty() && !options.gains_after.empty()) {
+    input.repair = false;
+    input.gains = {gains(options.gains_before), gains(options.gains_after)};
+  }
+  if (options.model.empty()) return;
+  auto model = config::read_model_file(options.model);
+  if (!model) fail(kExitConfiguration, "{}", config::to_text(model.diagnostics));
+  input.model = std::move(*model.value);
+}
+
+int run_receipt(const ReceiptCommand& given) {
+  ReceiptCommand options = given;
+  if (options.background) work_in_background();
+  if (options.tag.empty()) options.tag = options.input.loop();
   const bool files = !options.before.empty() || !options.after.empty();
   if (files && (options.before.empty() || options.after.empty()))
     require("receipt: both --before and --after");
@@ -139,6 +228,7 @@ int run_receipt(const ReceiptCommand& options) {
     input = {.tag = options.tag,
              .found = options.found,
              .worked_at = options.at,
+             .repair = !options.changed,
              .before = imported(options, options.before),
              .after = imported(options, options.after)};
     const record::Imported& first = input.before.front();
@@ -152,6 +242,7 @@ int run_receipt(const ReceiptCommand& options) {
   if (!options.co_range.empty()) input.co_range = options.co_range;
   input.kind = options.kind.empty() ? diagnosis::to_text(diagnosis::loop_type_from_tag(input.tag))
                                     : options.kind;
+  add_model(options, input);
   if (!options.costs.empty()) {
     auto costs = read_costs_file(options.costs);
     fmt::print(stderr, "{}", config::to_text(costs.diagnostics));
@@ -164,6 +255,10 @@ int run_receipt(const ReceiptCommand& options) {
     show_json(receipt.told);
     return kExitOk;
   }
+  if (options.background) {
+    fmt::print("{}\n", receipt_sentence(receipt.told));
+    return kExitOk;
+  }
   fmt::print("{}", receipt_text(receipt.told));
   if (!options.out.empty()) fmt::print("{}\n", options.out);
   return kExitOk;
@@ -173,15 +268,28 @@ int run_receipt(const ReceiptCommand& options) {
 
 void add_receipt(Program& program) {
   auto [command, o] = program.command(
-      "receipt", "Compare a loop before and after work at its valve: repaired or not", run_receipt);
+      "receipt", "Compare a loop before and after a repair or a change of its gains or positioner",
+      run_receipt);
   command.option("tag", o.tag, "tag of the loop");
   command.option("--before", o.before, "records before the work, in place of the daemon's");
   command.option("--after", o.after, "records after the work");
   command.option("--at", o.at,
                  "UTC time of the work, such as 2026-11-26T10:00:00Z; default: of the newest "
-                 "answer with --repaired");
+                 "repair, change or new gains in the daemon's journal");
+  command.option("--since", o.since, "UTC start of the record before, in place of --hours");
+  command.option("--until", o.until, "UTC end of the record after, in place of --hours");
   command.option("--found", o.found, "what was found at the valve; default: that answer's",
                  one_of(found_words()));
+  command.flag("--changed", o.changed,
+               "the work repaired no fault: compare SP - PV in place of the valve's effect");
+  command.option("--model", o.model,
+                 "model or twin of the loop: compare new gains on the same disturbance");
+  const Option before =
+      command.option("--gains-before", o.gains_before, "kp, ki and kd before; default: journal's")
+          .takes(3);
+  command.option("--gains-after", o.gains_after, "kp, ki and kd after; default: journal's")
+      .takes(3)
+      .needs(before);
   command.setting("--hours", o.hours, "hours of the daemon's record on each side",
                   between(0.1, 1000.0));
   command.setting("--settle", o.settle_min, "minutes left out on each side of the work",
@@ -194,6 +302,7 @@ void add_receipt(Program& program) {
   command.option("--out", o.out, "HTML page of one sheet, to print or to save as PDF");
   command.flag("--json", o.json, "print JSON");
   command.socket(o.socket);
+  add_background(command, o.background);
   o.input.add_options(command);
   command.footer(
       "Example: loopwarden receipt --before may.csv --after june.csv --out receipt.html");

@@ -36,8 +36,6 @@ struct FitterAnswer {
   bool right() const;
 };
 
-// Begins the note of an answer whose fault was repaired (loopwarden outcome --repaired).
-inline constexpr const char* kRepaired = "repaired";
 inline constexpr const char* kOutcomesFile = "outcomes.csv";
 // A rejected finding is shown again once its size has grown by this factor.
 inline constexpr double kGrown = 1.5;

@@ -4,10 +4,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "model/analysis/gain_comparison.hpp"
 #include "model/diagnosis/survey_window.hpp"
 #include "model/numeric/statistics.hpp"
 #include "record/import/time_text.hpp"
@@ -31,9 +33,12 @@ struct Side {
   double unpredicted = std::nan("");  // PV units
   double hours = 0.0;                 // of all records
   const record::Imported* longest = nullptr;
+  numeric::LoopRecord complete{};  // its longest piece in automatic without missing samples
+  std::optional<std::array<double, 2>>
+      by_model{};  // RMS, PV units, with the gains before and after
 };
 
-std::vector<double> errors_of(const record::Record& r) {
+std::vector<double> errors_of(const numeric::LoopRecord& r) {
   std::vector<double> known;
   for (const double v : r.pv) {
     if (std::isfinite(v)) known.push_back(v);
@@ -47,16 +52,34 @@ std::vector<double> errors_of(const record::Record& r) {
   return errors;
 }
 
+double rms_of(const std::vector<double>& errors) {
+  double squares = 0.0;
+  for (const double e : errors) squares += e * e;
+  return std::sqrt(squares / static_cast<double>(errors.size()));
+}
+
 // Returns the longest piece without missing samples.
-std::pair<std::size_t, std::size_t> complete_piece(const record::Record& r) {
+numeric::LoopRecord complete_piece(const record::Record& r) {
   std::pair<std::size_t, std::size_t> best{0, 0};  // from, size
   std::size_t from = 0;
   for (std::size_t k = 0; k <= r.size(); ++k) {
-    if (k < r.size() && std::isfinite(r.pv[k]) && std::isfinite(r.co[k])) continue;
+    const bool known = k < r.size() && std::isfinite(r.pv[k]) && std::isfinite(r.co[k]) &&
+                       (r.sp.empty() || std::isfinite(r.sp[k]));
+    if (known) continue;
     if (k - from > best.second) best = {from, k - from};
     from = k + 1;
   }
-  return best;
+  const auto part = [&](const std::vector<double>& column) {
+    if (column.empty()) return std::vector<double>();
+    const auto begin = column.begin() + static_cast<std::ptrdiff_t>(best.first);
+    return std::vector<double>(begin, begin + static_cast<std::ptrdiff_t>(best.second));
+  };
+  numeric::LoopRecord piece;
+  piece.period_s = r.period_s;
+  piece.pv = part(r.pv);
+  piece.sp = part(r.sp);
+  piece.co = part(r.co);
+  return piece;
 }
 
 Side judged_side(std::vector<record::Imported>& records, const ReceiptInput& input,
@@ -78,8 +101,9 @@ Side judged_side(std::vector<record::Imported>& records, const ReceiptInput& inp
     const auto each = judge_together(loop);
     side.windows.insert(side.windows.end(), each.begin(), each.end());
     side.hours += static_cast<double>(imported.record.size()) * imported.record.period_s / 3600.0;
-    if (side.longest == nullptr || imported.record.size() > side.longest->record.size())
-      side.longest = &imported;
+    if (side.longest != nullptr && imported.record.size() <= side.longest->record.size()) continue;
+    side.longest = &imported;
+    side.complete = complete_piece(automatic);
   }
   if (side.longest == nullptr)
     throw CommandError(kExitData, fmt::format("no record {} the work has PV and CO", when));
@@ -91,14 +115,12 @@ Side judged_side(std::vector<record::Imported>& records, const ReceiptInput& inp
   std::vector<double> errors = errors_of(r);
   if (errors.empty())
     throw CommandError(kExitData, fmt::format("the record {} the work has no values", when));
-  double squares = 0.0;
-  for (const double e : errors) squares += e * e;
-  side.figures.error = std::sqrt(squares / static_cast<double>(errors.size()));
+  side.figures.error = rms_of(errors);
   const double low = numeric::quantile_in_place(errors, 0.025);
   side.swing = numeric::quantile_in_place(errors, 0.975) - low;
-  const auto [from, size] = complete_piece(r);
-  side.unpredicted = diagnosis::unpredicted(std::span(r.pv).subspan(from, size),
-                                            std::span(r.co).subspan(from, size));
+  side.unpredicted = diagnosis::unpredicted(side.complete.pv, side.complete.co);
+  if (input.model && input.gains)
+    side.by_model = analysis::compare_gains(side.complete.view(), *input.model, *input.gains);
   return side;
 }
 
@@ -129,7 +151,8 @@ json side_json(const Side& side, const diagnosis::Diagnosis& like, double co_spa
                {"period_s", like.oscillating ? finite_or_null(like.period_s) : json(nullptr)},
                {"travel_percent_per_hour", finite_or_null(percent * side.figures.travel_per_hour)},
                {"reversals_per_hour", finite_or_null(side.figures.reversals_per_hour)},
-               {"disturbance", finite_or_null(side.unpredicted)}};
+               {"disturbance", finite_or_null(side.unpredicted)},
+               {"by_model", side.by_model ? json(*side.by_model) : json(nullptr)}};
   return told;
 }
 
@@ -211,21 +234,33 @@ std::string band_text(const json& side) {
                      interval[1].get<double>());
 }
 
-// Takes back an answer that the loop's own figures do not support.
-void check_repair(diagnosis::Repair& repair, const Side& before, const Side& after,
-                  const json& same_disturbance) {
+struct Result {
+  std::string word, why;
+};
+
+// Returns the result of the judgement that fits the work, unless the loop's own figures do not
+// support it.
+Result result_of(const ReceiptInput& input, const diagnosis::Repair& repair, const Side& before,
+                 const Side& after, bool same_disturbance) {
   using diagnosis::RepairResult;
+  const std::string open = diagnosis::to_text(RepairResult::cant_tell);
   constexpr double kLeastHours = 0.5;
-  const auto open = [&](const char* why) {
-    repair.result = RepairResult::cant_tell;
-    repair.why = why;
-  };
   if (std::min(before.hours, after.hours) < kLeastHours)
-    return open("a record is shorter than half an hour");
-  const bool same = same_disturbance.is_boolean() && same_disturbance.get<bool>();
-  if (repair.result == RepairResult::repaired && same &&
+    return {open, "a record is shorter than half an hour"};
+  if (!input.repair) {
+    const auto side = [](const Side& one) {
+      return diagnosis::ChangeSide{.record = one.complete.view(),
+                                   .rms = rms_of(errors_of(one.complete)),
+                                   .unpredicted = one.unpredicted,
+                                   .by_model = one.by_model};
+    };
+    const diagnosis::Change change = diagnosis::judge_change(side(before), side(after));
+    return {diagnosis::to_text(change.result), change.why};
+  }
+  if (repair.result == RepairResult::repaired && same_disturbance &&
       after.figures.error >= before.figures.error)
-    open("the RMS of SP - PV has not fallen, although the disturbance is the same");
+    return {open, "the RMS of SP - PV has not fallen, although the disturbance is the same"};
+  return {diagnosis::to_text(repair.result), repair.why};
 }
 
 struct ReceiptRow {
@@ -241,16 +276,24 @@ std::vector<ReceiptRow> receipt_rows(const json& r) {
   const auto row = [&](const char* name, const char* key, const char* unit_text) {
     return ReceiptRow{name, figure(before.at(key), unit_text), figure(after.at(key), unit_text)};
   };
-  return {{"from", before.at("from").get<std::string>(), after.at("from").get<std::string>()},
-          {"to", before.at("to").get<std::string>(), after.at("to").get<std::string>()},
-          row("records", "hours", " h"),
-          {"band of the valve, of CO span", band_text(before), band_text(after)},
-          row("RMS of SP - PV", "rms", unit.c_str()),
-          row("swing (95 % of SP - PV)", "swing", unit.c_str()),
-          row("period", "period_s", " s"),
-          row("travel of CO, of its span", "travel_percent_per_hour", " %/h"),
-          row("reversals of CO", "reversals_per_hour", " /h"),
-          row("disturbance and noise per sample", "disturbance", unit.c_str())};
+  std::vector<ReceiptRow> rows{
+      {"from", before.at("from").get<std::string>(), after.at("from").get<std::string>()},
+      {"to", before.at("to").get<std::string>(), after.at("to").get<std::string>()},
+      row("records", "hours", " h"),
+      {"band of the valve, of CO span", band_text(before), band_text(after)},
+      row("RMS of SP - PV", "rms", unit.c_str()),
+      row("swing (95 % of SP - PV)", "swing", unit.c_str()),
+      row("period", "period_s", " s"),
+      row("travel of CO, of its span", "travel_percent_per_hour", " %/h"),
+      row("reversals of CO", "reversals_per_hour", " /h"),
+      row("disturbance and noise per sample", "disturbance", unit.c_str())};
+  if (before.at("by_model").is_null() || after.at("by_model").is_null()) return rows;
+  constexpr std::array kGains{"RMS by the model, gains before", "RMS by the model, gains after"};
+  for (std::size_t k = 0; k < kGains.size(); ++k) {
+    rows.push_back({kGains[k], figure(before.at("by_model")[k], unit.c_str()),
+                    figure(after.at("by_model")[k], unit.c_str())});
+  }
+  return rows;
 }
 
 std::string disturbance_text(const json& r) {
@@ -272,9 +315,10 @@ std::string saving_sentence(const json& r) {
 
 std::string result_words(const json& r) {
   const auto result = r.at("result").get<std::string>();
-  return result == "repaired"       ? "repaired"
-         : result == "not_repaired" ? "NOT repaired"
-                                    : "can't tell";
+  if (result == "not_repaired") return "NOT repaired";
+  if (result == "worse") return "WORSE";
+  if (result == "no_difference") return "no difference";
+  return result == "cant_tell" ? "can't tell" : result;
 }
 
 constexpr const char* kReceiptStyle = R"(
@@ -284,7 +328,8 @@ body { font: 14px/1.45 system-ui, sans-serif; margin: 1rem auto; max-width: 56re
 h1 { font-size: 1.4rem; margin: 0; }
 .result { font-size: 1.25rem; font-weight: 600; border-left: .5rem solid; padding: .5rem .75rem;
   margin: 1rem 0; }
-.repaired { color: #176b3a; } .not_repaired { color: #b3261e; } .cant_tell { color: #5b6470; }
+.result { color: #5b6470; }
+.repaired, .improved { color: #176b3a; } .not_repaired, .worse { color: #b3261e; }
 table { border-collapse: collapse; width: 100%; }
 th, td { text-align: left; padding: .25rem .5rem; border-bottom: 1px solid #ddd;
   vertical-align: top; }
@@ -306,30 +351,30 @@ svg .name { font-weight: 600; }
 Receipt make_receipt(ReceiptInput input) {
   const Side before = judged_side(input.before, input, "before");
   const Side after = judged_side(input.after, input, "after");
-  diagnosis::Repair repair = diagnosis::judge_repair(before.windows, after.windows);
+  const diagnosis::Repair repair = diagnosis::judge_repair(before.windows, after.windows);
   const double co_span = input.co_range[1] - input.co_range[0];
   json same = nullptr;
   if (before.unpredicted > 0.0 && after.unpredicted > 0.0) {
     const double ratio = after.unpredicted / before.unpredicted;
     same = std::max(ratio, 1.0 / ratio) <= diagnosis::RepairLimits::kSameDisturbance;
   }
-  check_repair(repair, before, after, same);
+  const bool is_same = same.is_boolean() && same.get<bool>();
+  const Result result = result_of(input, repair, before, after, is_same);
   Receipt receipt;
   receipt.told = {{"tag", input.tag},
                   {"found", input.found},
                   {"worked_at", input.worked_at},
-                  {"result", diagnosis::to_text(repair.result)},
-                  {"why", repair.why},
+                  {"work", input.work},
+                  {"result", result.word},
+                  {"why", result.why},
                   {"excluded_nats", finite_or_null(repair.excluded_nats)},
                   {"pv_unit", before.longest->notes.units[index_of(record::Role::pv)]},
                   {"before", side_json(before, repair.before, co_span)},
                   {"after", side_json(after, repair.after, co_span)},
                   {"same_disturbance", same},
                   {"saving", nullptr}};
-  if (repair.result == diagnosis::RepairResult::repaired) {
-    receipt.told["saving"] =
-        saving_json(input, before, after, same.is_boolean() && same.get<bool>());
-  }
+  if (result.word == "repaired" || result.word == "improved")
+    receipt.told["saving"] = saving_json(input, before, after, is_same);
   receipt.picture = both_trends(before.longest->record, after.longest->record);
   return receipt;
 }
@@ -342,6 +387,7 @@ std::string receipt_sentence(const json& r) {
 
 std::string receipt_text(const json& r) {
   std::string text = receipt_sentence(r) + "\n";
+  for (const json& work : r.at("work")) text += "work: " + work.get<std::string>() + "\n";
   text += fmt::format("{:<34} {:<30} {}\n", "", "before", "after");
   for (const ReceiptRow& row : receipt_rows(r))
     text += fmt::format("{:<34} {:<30} {}\n", row.name, row.before, row.after);
@@ -363,7 +409,12 @@ std::string receipt_page(const Receipt& receipt) {
   html += "<p>";
   note("Found at the valve", "found");
   note("Work finished", "worked_at");
-  html += fmt::format("</p>\n<p class=\"result {}\">{}</p>\n", r.at("result").get<std::string>(),
+  html += "</p>\n";
+  if (!r.at("work").empty()) html += "<ul>\n";
+  for (const json& work : r.at("work"))
+    html += fmt::format("<li>{}</li>\n", escaped(work.get<std::string>()));
+  if (!r.at("work").empty()) html += "</ul>\n";
+  html += fmt::format("<p class=\"result {}\">{}</p>\n", r.at("result").get<std::string>(),
                       escaped(receipt_sentence(r)));
   html += "<table><thead><tr><th></th><th>Before</th><th>After</th></tr></thead><tbody>\n";
   for (const ReceiptRow& row : receipt_rows(r)) {

@@ -1,14 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-// The receipt of work at a valve: the loop before and after, and whether the effect is gone
-// (model/diagnosis/repair.hpp).
+// The receipt of work at a loop: the records before and after a repair (model/diagnosis/repair.hpp)
+// or another change, such as new gains (model/diagnosis/change.hpp).
 #pragma once
 
+#include <array>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "model/diagnosis/change.hpp"
 #include "model/diagnosis/repair.hpp"
+#include "model/plant/loop_model.hpp"
 #include "record/import/importer.hpp"
 #include "workbench/survey/costs.hpp"
 
@@ -16,13 +19,17 @@ namespace loopwarden::workbench {
 
 struct ReceiptInput {
   std::string tag{};
-  std::string found{};      // by the technician; empty: not reported
-  std::string worked_at{};  // UTC; empty: unknown
+  std::string found{};              // by the technician; empty: not reported
+  std::string worked_at{};          // UTC; empty: unknown
+  bool repair = true;               // of a fault at the valve; false: another change
+  std::vector<std::string> work{};  // as the journal has it, oldest first
   // At least one record each, in the order of time.
   std::vector<record::Imported> before{}, after{};
   std::vector<double> co_range{};                       // CO units
   std::optional<std::pair<double, double>> pv_range{};  // PV units
   std::string kind{"unknown"};
+  std::optional<plant::LoopModel> model{};
+  std::optional<std::array<control::PidGains, 2>> gains{};  // before and after a change of them
   Costs costs{};
 };
 

@@ -70,7 +70,8 @@ constexpr const char* kTime = "[0-9]{8}T[0-9]{9}Z";
 // Returns TAG and KIND of TAG-KIND-TIME, the folder of a report that was requested on the page;
 // otherwise empty texts.
 std::pair<std::string, std::string> loop_and_kind(const std::vector<std::string>& parts) {
-  static const std::regex name(fmt::format("{}-(gap|commission|survey|diagnose)-{}", kTag, kTime));
+  static const std::regex name(
+      fmt::format("{}-(gap|commission|survey|diagnose|receipt)-{}", kTag, kTime));
   std::smatch found;
   if (parts.size() < 3 || parts.front() != "reports" || !std::regex_match(parts[1], found, name))
     return {};
@@ -87,6 +88,7 @@ std::string kind_of(const std::vector<std::string>& parts, std::string_view titl
   if (parts.front() == "evidence") return "explanation";
   if (name == "training.html") return "training";
   if (name == "survey.html" || title.starts_with("Survey")) return "survey";
+  if (title.starts_with("Receipt")) return "receipt";
   if (title.starts_with("Gap")) return "gap";
   if (title.starts_with("Commission")) return "commissioning";
   if (title.starts_with("Training")) return "training";

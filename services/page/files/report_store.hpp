@@ -17,8 +17,9 @@
 namespace loopwarden::page::files {
 
 struct Report {
-  std::string id;    // of its path: the same as long as the file stays there
-  std::string kind;  // gap, training, commissioning, survey, diagnosis, explanation or other
+  std::string id;  // of its path: the same as long as the file stays there
+  std::string
+      kind;  // gap, training, commissioning, survey, diagnosis, receipt, explanation or other
   std::string title;
   std::int64_t utc_ms = 0;  // when it was written
   std::uintmax_t bytes = 0;

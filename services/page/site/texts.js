@@ -216,17 +216,18 @@ const en = {
   asked: {
     title: 'Reports of this loop', caption: 'Requested reports, newest first', kind: 'Kind', from: 'From', to: 'To', over: 'Over', state: 'State', asked: 'Requested', asShown: 'As the trend shows', ask: 'Ask for the report',
     none: 'No report has been requested for this loop.', taken: '{kind}: requested, place {place} in the queue.', refused: 'Request refused: {why}', needsEngineer: 'To request a report, log in as an engineer.', off: 'Requesting reports from this page is off (loopwardend.yaml: page: reports).',
-    kinds: {gap: 'Gap', commission: 'Commissioning', survey: 'Survey', diagnose: 'Diagnosis'},
+    kinds: {gap: 'Gap', commission: 'Commissioning', survey: 'Survey', diagnose: 'Diagnosis', receipt: 'Receipt'},
     means: {
       gap: 'Finds where the loop’s model and its record disagree, and the effect that the model lacks. If the loop has no twin, a model is identified from the record.',
       commission: 'Makes the twin and the specialists from 20 to 60 minutes of the healthy loop with a few set-point moves. The loop uses them after its file names them.',
       survey: 'Judges windows of eight hours: verdict, variability, travel and next step.', diagnose: 'Finds a valve effect or another cause from routine data, without a model.',
+      receipt: 'Compares the loop before and after the newest work in this time: a reported repair or change, or new gains. The daemon requests it after each work.',
     },
-    states: {waiting: 'waiting, place {place}', running: 'running for {long}', doing: 'running for {long}: {what}, {percent} %', done: 'done', failed: 'failed'},
+    states: {waiting: 'waiting, place {place}', due: 'waits for the record after the work, until {time}', running: 'running for {long}', doing: 'running for {long}: {what}, {percent} %', done: 'done', failed: 'failed'},
   },
   reports: {
     title: 'Reports', caption: 'Reports in the state directory, newest first', kind: 'Kind', name: 'Title', loop: 'Loop', made: 'Made', size: 'Size', nothing: 'The state directory has no reports yet. “loopwarden commission”, “gap”, “survey” and “train” write reports with --out.', filter: 'Kind', all: 'All',
-    kinds: {gap: 'Gap', training: 'Training', commissioning: 'Commissioning', survey: 'Survey', diagnosis: 'Diagnosis', explanation: 'Explanation', other: 'Other'}, opens: 'opens in a new tab',
+    kinds: {gap: 'Gap', training: 'Training', commissioning: 'Commissioning', survey: 'Survey', diagnosis: 'Diagnosis', receipt: 'Receipt', explanation: 'Explanation', other: 'Other'}, opens: 'opens in a new tab',
   },
   system: {
     loopsWait: 'Alarms of loops to acknowledge: {n}', title: 'System', health: 'Status of the edge box', well: 'OK. No warnings. Running since {time}.', oneWarning: '1 warning.', someWarnings: '{n} warnings.', oneSince: '1 warning since {time}.', someSince: '{n} warnings, the oldest since {time}.', untold: 'Unknown: the edge box has not reported its alarms yet.',

@@ -49,7 +49,8 @@ TEST_CASE("a report is accepted within the recorded time, for an existing loop a
   CHECK(bench.refused({{"loop", "FIC-999"}}) == "no loop 'FIC-999'");
   CHECK(bench.refused({{"loop", "../FIC-101"}}) == "no loop '../FIC-101'");
   for (const json& kind : {json("explain"), json("gap --out=/"), json("")}) {
-    CHECK(bench.refused({{"kind", kind}}) == "kind is gap, commission, survey or diagnose");
+    CHECK(bench.refused({{"kind", kind}}) ==
+          "kind is gap, commission, survey, diagnose or receipt");
   }
   CHECK(bench.refused({{"kind", 1}}) == "a text is needed for \"kind\"");
   CHECK(bench.refused({{"from_ms", kOldest_ms - 1}}) ==

@@ -2,7 +2,7 @@
 // Requested reports on a loop's page: their time span and their state. Pure.
 import {duration} from './format.js';
 
-export const KINDS = ['gap', 'commission', 'survey', 'diagnose'];
+export const KINDS = ['gap', 'commission', 'survey', 'diagnose', 'receipt'];
 
 const SECOND_MS = 1000;
 
@@ -21,10 +21,14 @@ export function sent([from, to], {oldest_ms, newest_ms}) {
 // Returns the report's state as a key of the texts, with its values.
 export function told(report, now_ms) {
   const {state} = report;
+  if (state === 'waiting' && report.due_ms) return {key: 'due', values: {time: report.due_ms}};
   if (state === 'waiting') return {key: 'waiting', values: {place: report.place}};
   if (state !== 'running') return {key: state, values: {}};
   const long = duration(Math.max(0, now_ms - (report.started_ms ?? now_ms)) / 1000);
   return typeof report.percent === 'number' ? {key: 'doing', values: {long, what: report.doing, percent: report.percent}} : {key: 'running', values: {long}};
 }
 
-export const atWork = (reports) => reports.some((report) => report.state === 'running' || report.state === 'waiting');
+export const atWork = (reports) => reports.some((report) => report.state === 'running' || (report.state === 'waiting' && !report.due_ms));
+
+// Returns the newest receipt of the loop, or null.
+export const receiptOf = (reports) => reports.find((report) => report.kind === 'receipt') ?? null;

@@ -14,6 +14,7 @@ import {acknowledgeIncident, acknowledgeLines, act, operator} from './acting.js'
 import {changeOf, whatOf} from './journal.js';
 import {alarmFigures} from './alarm_figures.js';
 import {explanationPart} from './loop_parts.js';
+import {receiptOfLoop} from './loop_reports.js';
 import {reportOf} from './reports.js';
 import {askNote, fetchNotes, mayNote, showNotes} from '../lib/trend_notes.js';
 import {signOf} from '../lib/state.js';
@@ -210,10 +211,11 @@ class IncidentDetail {
     this.about = el('div', {}, el('p', {class: 'nothing'}, texts.loading));
     this.guide = el('div', {});
     this.why = el('div', {});
+    this.receipt = el('div', {});
     this.alarms = el('div', {});
     this.noted = el('div', {});
     const note = el('button', {type: 'button', click: () => askNote(chosen.loop, live.overview?.now_ms ?? Date.now(), () => this.load())}, `${texts.notes.title} …`);
-    this.node = el('section', {class: 'panel detail'}, el('p', {class: 'back-line'}, el('a', {href: '#/alarms'}, icon('back'), t.back)), this.head, this.about, this.guide, this.why, this.alarms,
+    this.node = el('section', {class: 'panel detail'}, el('p', {class: 'back-line'}, el('a', {href: '#/alarms'}, icon('back'), t.back)), this.head, this.about, this.guide, this.why, this.receipt, this.alarms,
       el('h3', {}, texts.notes.plural), this.noted, mayNote() ? note : null);
   }
 
@@ -227,8 +229,9 @@ class IncidentDetail {
       const line = linesOf(live.alarms, live.incidents).find((one) => one.incident && one.loop === loop);
       // If the explanation has found another cause than the alarms name, it also has the remedy.
       const telling = incident?.alarms.find((alarm) => alarm === incident.name) ?? (typeof incident?.confidence === 'number' ? null : incident?.alarms.at(-1));
-      const [guide, notes] = await Promise.all([telling && get(loopPath(loop, 'alarms', telling), this.scope.signal), fetchNotes([loop], this.scope.signal).catch(() => [])]);
+      const [guide, notes, receipt] = await Promise.all([telling && get(loopPath(loop, 'alarms', telling), this.scope.signal), fetchNotes([loop], this.scope.signal).catch(() => []), receiptOfLoop(loop, this.scope.signal)]);
       if (this.scope.over) return;
+      this.receipt.replaceChildren(receipt);
       if (incident) showNotes(this.noted, notes, [1000 * incident.from_s, Infinity]);
       const key = JSON.stringify([incident, line?.alarms, ours, report?.id, live.session.can]);
       if (key === this.key) return;
@@ -263,9 +266,10 @@ class Detail {
     this.about = el('div', {}, el('p', {class: 'nothing'}, texts.loading));
     this.guide = el('div', {});
     this.why = el('div', {});
+    this.receipt = el('div', {});
     this.evidence = el('div', {});
     this.history = el('div', {});
-    this.node = el('section', {class: 'panel detail'}, el('p', {class: 'back-line'}, el('a', {href: '#/alarms'}, icon('back'), t.back)), this.head, this.about, this.guide, this.why, this.evidence, this.history);
+    this.node = el('section', {class: 'panel detail'}, el('p', {class: 'back-line'}, el('a', {href: '#/alarms'}, icon('back'), t.back)), this.head, this.about, this.guide, this.why, this.receipt, this.evidence, this.history);
   }
 
   async load() {
@@ -273,7 +277,9 @@ class Detail {
     try {
       const e = await get(loopPath(loop, 'alarms', alarm), this.scope.signal);
       const report = e.evidence?.id ? await reportOf(e.evidence.id, this.scope.signal) : null;
+      const receipt = ofValve(alarm) ? await receiptOfLoop(loop, this.scope.signal) : '';
       if (this.scope.over) return;
+      this.receipt.replaceChildren(receipt);
       // Content stays unless it has changed, and with it the focus and the selection.
       const key = JSON.stringify([{...e, monitor: null}, report?.id, live.session.can]);
       if (key === this.key) return;

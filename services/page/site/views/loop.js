@@ -270,7 +270,7 @@ export async function show(main, {parts: [tag = ''], options}, scope) {
   places.calm = el('div', {class: 'told'});
   const tuning = loop.control === 'elsewhere' ? null : tuningPart(loop, scope, uPlot);
   main.append(el('div', {class: 'loop-top'}, faceplate.node, trend.node),
-    el('div', {class: 'loop-rest'}, el('div', {class: 'stack'}, trend.phase, panel(t.explanation, places.explanation, places.calm), loop.twin ? foldingPanel(t.twin, places.twin) : null), foldingPanel(t.measures, places.measures), foldingPanel(t.health, places.health),
+    el('div', {class: 'loop-rest'}, el('div', {class: 'stack'}, trend.phase, panel(t.explanation, places.explanation, reports.receipt, places.calm), loop.twin ? foldingPanel(t.twin, places.twin) : null), foldingPanel(t.measures, places.measures), foldingPanel(t.health, places.health),
       tuning ? across(texts.tuning.title, tuning.node) : null, across(t.processAlarms, places.alarms), across(t.condition, places.condition), across(t.windows, places.windows), across(texts.asked.title, reports.node)));
   scope.on(window, 'beforeprint', () => main.querySelectorAll('.folding').forEach((one) => { one.open = true; }));
   const i = live.places.get(tag);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Reports on a loop's record: the requested ones, and the form with which an engineer requests one.
-import {KINDS, atWork, sent, shown, told} from '../lib/asked.js';
+import {KINDS, atWork, receiptOf, sent, shown, told} from '../lib/asked.js';
 import {el, scroller, setText, table, timeInput, unseen} from '../lib/dom.js';
 import {field} from '../lib/dialog.js';
 import {get, loopPath, post} from '../lib/api.js';
@@ -23,6 +23,7 @@ export class LoopReports {
   constructor(loop, trend, scope) {
     Object.assign(this, {loop, trend, scope});
     this.list = el('div', {}, el('p', {class: 'nothing'}, texts.loading));
+    this.receipt = el('div', {class: 'told'}); // for another place on the loop's page
     this.node = el('div', {class: 'asked-reports'}, this.#asking(), this.list);
   }
 
@@ -88,6 +89,7 @@ export class LoopReports {
     const now_ms = live.overview?.now_ms ?? Date.now(), key = JSON.stringify([reports, reports.map((report) => told(report, now_ms))]);
     if (this.list.shownKey === key) return;
     this.list.shownKey = key;
+    this.receipt.replaceChildren(receiptPart(reports));
     const columns = [{head: t.kind, row: true}, {head: t.over}, {head: t.state, class: 'words'}, {head: t.asked}];
     this.list.replaceChildren(reports.length ? scroller(t.title, table(t.caption, columns, reports.map((report) => rowOf(report, now_ms)), {captionHidden: true, class: 'lines as-cards'}))
       : el('p', {class: 'nothing'}, t.none));
@@ -100,9 +102,29 @@ function overText(from_ms, to_ms) {
   return `${clock.dateTime(from_ms)} – ${sameDay ? clock.time(to_ms) : clock.dateTime(to_ms)}`;
 }
 
+const link = (report, name) => (report.id ? el('a', {href: reportHref(report.id), target: '_blank', rel: 'noopener'}, name, unseen(` (${texts.reports.opens})`)) : name);
+
+function stateText(report, now_ms) {
+  const {key, values} = told(report, now_ms);
+  return fill(t.states[key], key === 'due' ? {time: wall().dateTime(values.time)} : values);
+}
+
+// Returns the newest receipt of the loop: its result and a link, or the time at which it is made. Empty without one.
+export function receiptPart(reports) {
+  const receipt = receiptOf(reports);
+  if (!receipt) return '';
+  const said = receipt.sentence || stateText(receipt, live.overview?.now_ms ?? Date.now());
+  return el('p', {class: 'receipt'}, link(receipt, t.kinds.receipt), `: ${said}`);
+}
+
+// Returns the part for an alarm of the loop.
+export async function receiptOfLoop(tag, signal) {
+  return receiptPart((await get(loopPath(tag, 'reports'), signal).catch(() => ({reports: []}))).reports);
+}
+
 function rowOf(report, now_ms) {
-  const {key, values} = told(report, now_ms), name = t.kinds[report.kind] ?? report.kind;
-  const title = report.id ? el('a', {href: reportHref(report.id), target: '_blank', rel: 'noopener'}, name, unseen(` (${texts.reports.opens})`)) : name;
-  const state = [fill(t.states[key], values), key === 'doing' ? meter(values.percent / 100) : null, report.sentence ? el('small', {class: 'said'}, report.sentence) : null];
+  const {key, values} = told(report, now_ms);
+  const title = link(report, t.kinds[report.kind] ?? report.kind);
+  const state = [stateText(report, now_ms), key === 'doing' ? meter(values.percent / 100) : null, report.sentence ? el('small', {class: 'said'}, report.sentence) : null];
   return [title, overText(report.from_ms, report.to_ms), state.filter(Boolean), [wall().dateTime(report.asked_ms), el('small', {}, report.by)]];
 }

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "model/analysis/gain_comparison.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "model/control/pid.hpp"
+#include "model/plant/process.hpp"
+
+namespace loopwarden::analysis {
+namespace {
+
+std::vector<double> disturbance_of(const numeric::LoopView& record,
+                                   const plant::LoopModel& model) {
+  plant::Process process(model.process, record.period_s);
+  std::vector<double> d{record.pv[0] - process.reset(record.co[0])};
+  for (std::size_t k = 1; k < record.pv.size(); ++k)
+    d.push_back(record.pv[k] - process.step(record.co[k - 1]));
+  return d;
+}
+
+double simulated_rms(const numeric::LoopView& record, const plant::LoopModel& model,
+                     const std::vector<double>& disturbance, const control::PidGains& gains) {
+  control::PidSettings settings = model.controller.pid;
+  settings.gains = gains;
+  control::Pid pid(settings, record.period_s);
+  plant::Process process(model.process, record.period_s);
+  double co = record.co[0];
+  double pv = process.reset(co) + disturbance[0];
+  pid.initialise(co, record.sp[0], pv);
+  double squares = 0.0;
+  for (std::size_t k = 0; k + 1 < disturbance.size(); ++k) {
+    squares += (record.sp[k] - pv) * (record.sp[k] - pv);
+    co = std::clamp(pid.step(record.sp[k], pv, co, 0.0), settings.output_low, settings.output_high);
+    pv = process.step(co) + disturbance[k + 1];
+  }
+  return std::sqrt(squares / static_cast<double>(disturbance.size() - 1));
+}
+
+}  // namespace
+
+std::optional<std::array<double, 2>> compare_gains(const numeric::LoopView& record,
+                                                   const plant::LoopModel& model,
+                                                   const std::array<control::PidGains, 2>& gains) {
+  constexpr std::size_t kLeast = 100;
+  if (record.pv.size() < kLeast || record.sp.size() != record.pv.size() ||
+      record.co.size() != record.pv.size())
+    return std::nullopt;
+  const std::vector<double> disturbance = disturbance_of(record, model);
+  std::array<double, 2> rms{};
+  for (std::size_t k = 0; k < gains.size(); ++k) {
+    rms[k] = simulated_rms(record, model, disturbance, gains[k]);
+    if (!std::isfinite(rms[k])) return std::nullopt;
+  }
+  return rms;
+}
+
+}  // namespace loopwarden::analysis
