@@ -121,8 +121,8 @@ class Finder {
       move.state = State::under_way;
       return move;
     }
-    const bool both_sides = planned_.kind == MoveKind::set_point_reversal ||
-                            planned_.kind == MoveKind::output_reversal;
+    const bool both_sides =
+        planned_.kind == MoveKind::set_point_reversal || planned_.kind == MoveKind::output_reversal;
     const double expected_other = both_sides ? size_ : 0.0;
     if (std::abs(there - size_) > Tolerance::kSize * size_ ||
         std::abs(other_side - expected_other) > Tolerance::kSize * size_) {
