@@ -2,6 +2,7 @@
 #include "record/segment_export.hpp"
 
 #include <fmt/format.h>
+#include <sys/stat.h>
 
 #include <algorithm>
 #include <array>
@@ -46,6 +47,14 @@ std::string utc_text(std::int64_t utc_ns) {
   gmtime_r(&seconds, &utc);
   return fmt::format("{:04}{:02}{:02}T{:02}{:02}{:02}Z", utc.tm_year + 1900, utc.tm_mon + 1,
                      utc.tm_mday, utc.tm_hour, utc.tm_min, utc.tm_sec);
+}
+
+// Returns whether a segment was last written an hour or more before a moment. A change of the clock
+// by less than an hour loses no rows.
+bool ended_before(const fs::path& file, std::int64_t utc_ns) {
+  struct stat found {};
+  constexpr std::int64_t kHour_s = 3600;
+  return ::stat(file.c_str(), &found) == 0 && found.st_mtime + kHour_s < utc_ns / 1'000'000'000;
 }
 
 class Exporter {
@@ -175,6 +184,7 @@ ExportResult export_csv(const fs::path& folder, const fs::path& target,
   ExportResult result;
   Exporter exporter(target, settings, result);
   for (const SegmentFile& file : list_segments(folder)) {
+    if (settings.from_utc_ns && ended_before(file.path, *settings.from_utc_ns)) continue;
     std::optional<Segment> segment;
     try {
       segment = read_segment(file.path);

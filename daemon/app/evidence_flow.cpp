@@ -22,6 +22,9 @@ namespace {
 // A lasting incident is explained again when this much time since the change has been seen.
 constexpr std::array kAgain_s{0.5 * twin::kMostSeen_s, twin::kMostSeen_s};
 
+// Time between two searches for the move of a slip.
+constexpr double kSearch_s = 60.0;
+
 // Returns the next of these times after `explained_s`: the last one that has passed, otherwise the
 // first one to come. 0: none remains.
 double next_of(double explained_s, double seen_s) {
@@ -59,7 +62,8 @@ EvidenceFlow::EvidenceFlow(const config::DaemonConfig& config,
                            const config::Specialists& specialists, Dependencies dependencies)
     : deps_(std::move(dependencies)),
       accelerate_(config.accelerate),
-      store_folder_(std::filesystem::path(config.state_directory) / "evidence"),
+      state_directory_(config.state_directory),
+      store_folder_(state_directory_ / "evidence"),
       store_(
           {.folder = store_folder_, .most_kept = config.alarms.most_evidence},
           contents_of(specialists),
@@ -159,12 +163,88 @@ void EvidenceFlow::have_explained(const evidence::Evidence& evidence,
 
 void EvidenceFlow::report_explanation(const ExplainJob& job, const Explanation* explanation,
                                       const std::string& why) {
+  if (job.is_search()) return report_search(job, explanation, why);
   if (explanation != nullptr) {
-    deps_.alarms.of(job.loop).explained(*explanation);
+    deps_.alarms.of(job.loop).explained(with_slip(*explanation, job.loop));
+    search_move(job.loop, *explanation, {});
   } else if (!job.repeat) {  // else the one before it stands
     tell_not_explained(job, why);
   }
   explain_again(job);
+}
+
+Explanation EvidenceFlow::with_slip(Explanation explanation, std::size_t loop) const {
+  if (!explanation.slip) return explanation;
+  const TestSlip& slip = *explanation.slip;
+  const bool watched =
+      deps_.loops[loop].config.recording.enabled || slip.state != TestSlip::State::open;
+  if (!slip.another_move.empty()) explanation.next_test += " " + slip.another_move;
+  explanation.next_test +=
+      " Slip: " + (watched ? to_text(slip) : "open: without recording the move is not seen") + ".";
+  return explanation;
+}
+
+void EvidenceFlow::search_move(std::size_t loop, const Explanation& explanation,
+                               const std::string& trouble) {
+  const config::LoopConfig& config = deps_.loops[loop].config;
+  if (!explanation.slip || explanation.slip->state != TestSlip::State::open ||
+      !config.recording.enabled) {
+    return;
+  }
+  const std::filesystem::path folder = explanation.folder;
+  explainer_.post({.loop = loop,
+                   .alarm = explanation.alarm,
+                   .raised_ms = explanation.raised_ms,
+                   .folder = folder,
+                   .wait = wall_clock(kSearch_s, accelerate_),
+                   .repeat = true,
+                   .wanted =
+                       [this, loop, folder] {
+                         const auto newest = deps_.alarms.snapshot(loop).explanation;
+                         return newest && newest->folder == folder &&
+                                std::filesystem::exists(folder);
+                       },
+                   .segments = state_directory_ / "segments" / config.name,
+                   .trouble = trouble});
+}
+
+void EvidenceFlow::report_search(const ExplainJob& job, const Explanation* explanation,
+                                 const std::string& why) {
+  const auto shown = deps_.alarms.snapshot(job.loop).explanation;
+  if (!shown || shown->folder != job.folder || !shown->slip) return;
+  if (explanation == nullptr) {
+    if (why != job.trouble)
+      spdlog::warn("{}: the move of the slip is not searched: {}", deps_.alarms.name(job.loop),
+                   why);
+    return search_move(job.loop, *shown, why);
+  }
+  if (!explanation->slip) return;
+  Explanation now = *shown;  // its name may differ from the file
+  now.slip = explanation->slip;
+  now.next_test = with_slip(*explanation, job.loop).next_test;
+  if (now.next_test != shown->next_test) {
+    deps_.alarms.of(job.loop).restore(now);
+    journal_slip(job, *now.slip, *shown->slip);
+  }
+  search_move(job.loop, now, {});
+}
+
+void EvidenceFlow::journal_slip(const ExplainJob& job, const TestSlip& slip,
+                                const TestSlip& before) {
+  journal::JournalEntry line;
+  if (slip.state == TestSlip::State::done) {
+    journal::set_test_result(line, slip.competing, slip.predicted, slip.decided, slip.probability);
+  } else {
+    line.kind = journal::JournalEntry::Kind::test;
+    line.what = "test";
+    line.new_value = slip.state == before.state ? "another move" : "expired";
+    line.reason = slip.state == before.state ? slip.another_move : std::string();
+  }
+  line.utc_ms = base::utc_ms();
+  line.loop = deps_.alarms.name(job.loop);
+  line.alarm = alarm::to_text(job.alarm);
+  line.result = "done";
+  deps_.journal.post(std::move(line));
 }
 
 void EvidenceFlow::tell_not_explained(const ExplainJob& job, const std::string& why) {
@@ -253,8 +333,12 @@ void EvidenceFlow::remember() {
     // Sorts the newest explanation to the end.
     std::sort(known.begin(), known.end(),
               [](const auto& a, const auto& b) { return a.ended_ms < b.ended_ms; });
-    for (const Explanation& explanation : known) deps_.alarms.of(i).restore(explanation);
-    if (!known.empty()) go_on(i, known.back());
+    for (const Explanation& explanation : known) {
+      deps_.alarms.of(i).restore(with_slip(explanation, i));
+    }
+    if (known.empty()) continue;
+    go_on(i, known.back());
+    search_move(i, known.back(), {});
   }
 }
 

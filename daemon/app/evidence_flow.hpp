@@ -80,6 +80,12 @@ class EvidenceFlow {
   void go_on(std::size_t loop, const Explanation& newest);
   void report_explanation(const ExplainJob& job, const Explanation* explanation,
                           const std::string& why);
+  // The explanation with the state of its slip in `next_test`.
+  Explanation with_slip(Explanation explanation, std::size_t loop) const;
+  // Queues the next search for the move of a slip that is open, if the loop is recorded.
+  void search_move(std::size_t loop, const Explanation& explanation, const std::string& trouble);
+  void report_search(const ExplainJob& job, const Explanation* explanation, const std::string& why);
+  void journal_slip(const ExplainJob& job, const TestSlip& slip, const TestSlip& before);
   void resume_explanation(std::size_t loop, alarm::AlarmKind alarm,
                           const std::filesystem::path& folder);
 
@@ -87,6 +93,7 @@ class EvidenceFlow {
   double accelerate_;
   std::map<std::string, std::uint32_t> specialist_hashes_;  // by folder
   std::map<std::string, std::string> twins_;                // files as text, by name
+  std::filesystem::path state_directory_;
   std::filesystem::path store_folder_;
   EvidenceStore store_;
   Explainer explainer_;

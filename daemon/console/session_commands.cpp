@@ -57,15 +57,9 @@ protocol::Commissioning SessionCommands::in_test(const protocol::CommissioningRe
 base::LocalServer::Answer SessionCommands::test_result(const protocol::TestResultRequest& request,
                                                        const Sender& sender) {
   journal::JournalEntry line = operator_line(plant_, loop_index(plant_, request.loop), sender.peer);
-  line.kind = journal::JournalEntry::Kind::test;
-  line.what = "test result";
-  line.old_value = fmt::format("{}: {:.3f}", short_text(request.explanations, "explanations"),
-                               request.predicted);
-  line.new_value =
-      request.decided.empty()
-          ? "undecided"
-          : fmt::format("{}: {:.3f}", short_text(request.decided, "decided"), request.probability);
-  line.result = "done";
+  journal::set_test_result(line, short_text(request.explanations, "explanations"),
+                           request.predicted, short_text(request.decided, "decided"),
+                           request.probability);
   return when_written(journal_, protocol::Noted{}, journal_.post(std::move(line)), sender);
 }
 

@@ -10,6 +10,7 @@
 #include <system_error>
 #include <tuple>
 #include <utility>
+#include <vector>
 
 #include "daemon/explain/explanation_file.hpp"
 #include "daemon/explain/pending_explanation.hpp"
@@ -86,7 +87,7 @@ void Explainer::post(ExplainJob job) {
       const auto now = Clock::now();
       const auto due = now + job.wait;
       queue_.push_back({std::move(job), due, now});
-      status_.waiting = queue_.size();
+      status_.waiting = explanations();
       changed_.notify_all();
       return;
     }
@@ -96,13 +97,26 @@ void Explainer::post(ExplainJob job) {
   report_(job, nullptr, fmt::format("{} explanations are waiting already", settings_.most_waiting));
 }
 
+std::size_t Explainer::explanations() const {
+  return static_cast<std::size_t>(std::count_if(
+      queue_.begin(), queue_.end(), [](const Waiting& one) { return !one.job.is_search(); }));
+}
+
 bool Explainer::make_room(const ExplainJob& job) {
-  const auto waiting = static_cast<std::size_t>(
-      std::count_if(queue_.begin(), queue_.end(), [](const Waiting& one) { return !one.at_work; }));
+  if (job.is_search()) {
+    queue_.remove_if([&](const Waiting& one) {
+      return one.job.is_search() && one.job.loop == job.loop && !one.at_work;
+    });
+    return true;
+  }
+  const auto waiting =
+      static_cast<std::size_t>(std::count_if(queue_.begin(), queue_.end(), [](const Waiting& one) {
+        return !one.at_work && !one.job.is_search();
+      }));
   if (waiting < settings_.most_waiting) return true;
   if (job.repeat) return false;
   const auto newest = std::find_if(queue_.rbegin(), queue_.rend(), [](const Waiting& one) {
-    return one.job.repeat && !one.at_work;
+    return one.job.repeat && !one.at_work && !one.job.is_search();
   });
   if (newest == queue_.rend()) return false;
   tell_no_room(newest->job);
@@ -205,7 +219,7 @@ void Explainer::run() {
       continue;
     }
     queue_.erase(next);
-    status_.waiting = queue_.size();
+    status_.waiting = explanations();
   }
   const std::list<Waiting> left = queue_;
   lock.unlock();
@@ -238,7 +252,7 @@ bool Explainer::explain(const ExplainJob& job) {
   std::string why;
   Explanation explanation;
   try {
-    save(job);
+    if (!job.is_search()) save(job);
     why = run_child(job);
     if (why.empty()) explanation = read_explanation(job.folder);
     if (why.empty() && cut_short(job, explanation)) {
@@ -255,7 +269,7 @@ bool Explainer::explain(const ExplainJob& job) {
   {
     const std::lock_guard lock(mutex_);
     if (quit_) return true;
-    ++(why.empty() ? status_.explained : status_.failed);
+    if (!job.is_search()) ++(why.empty() ? status_.explained : status_.failed);
   }
   end_pending(job.folder);
   report_(job, why.empty() ? &explanation : nullptr, why);
@@ -263,13 +277,18 @@ bool Explainer::explain(const ExplainJob& job) {
 }
 
 std::string Explainer::run_child(const ExplainJob& job) {
-  base::ChildProcess child(settings_.program.string(),
-                           {"explain", "--background", job.folder.string()});
+  std::vector<std::string> arguments{"explain", "--background", job.folder.string()};
+  if (job.is_search()) {
+    arguments = {
+        "valve-test", "--background",        "--plan", (job.folder / "next_test.yaml").string(),
+        "--record",   job.segments.string(), "--out",  (job.folder / "test").string()};
+  }
+  base::ChildProcess child(settings_.program.string(), arguments);
   const auto deadline = Clock::now() + settings_.most_time;
   std::unique_lock lock(mutex_);
   for (;;) {
     if (const std::optional<int> code = child.ended()) {
-      return *code == 0 ? "" : fmt::format("loopwarden explain ended with {}", *code);
+      return *code == 0 ? "" : fmt::format("loopwarden {} ended with {}", arguments.front(), *code);
     }
     if (quit_) return "the daemon ends";
     if (Clock::now() >= deadline) {

@@ -12,6 +12,10 @@
 // dropped first one leaves the alarm without explanation. While no explanation is due, the thread
 // does other work (`spare`), which yields when one becomes due.
 //
+// The slip of a watched loop waits for a move of another controller. A search runs
+// `loopwarden valve-test --record` as a child, which finds the move in the recorder's segments and
+// judges it. Its results are in the folder `test` of the evidence.
+//
 // Minutes are in memory. While an explanation waits, its minutes are saved once a minute and at the
 // end of the daemon, together with pending.json (pending_explanation.hpp). After a restart the
 // explanation continues with the saved minutes. If they are too few for a result and the alarm is
@@ -57,6 +61,11 @@ struct ExplainJob {
   // returns false when it is due. Its minutes are not saved for a restart.
   bool repeat = false;
   std::function<bool()> wanted{};
+  // A search for the move of the slip in this folder of segments, in place of an explanation. It is
+  // a repeat. The queue has room for one search per loop, and a new one replaces it.
+  std::filesystem::path segments{};
+  std::string trouble{};  // why the search before failed; empty: it did not
+  bool is_search() const noexcept { return !segments.empty(); }
 };
 
 // For other work: waits up to the given time and returns true if the work must stop.
@@ -108,6 +117,8 @@ class Explainer {
     bool at_work = false;
   };
   using Item = std::list<Waiting>::iterator;
+  // Number of waiting explanations.
+  std::size_t explanations() const;
   // Makes room in the queue. A full queue drops a repeat in favour of a first explanation. Returns
   // false without room.
   bool make_room(const ExplainJob& job);

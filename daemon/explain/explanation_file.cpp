@@ -64,7 +64,42 @@ std::optional<twin::Stick> stick_of(const json& effects) {
                         number_of(stiction->at("confidence")), alternatives);
 }
 
+// Returns the state of a slip, from the newest search for its move (`valve-test --record`).
+TestSlip slip_in(const std::filesystem::path& folder, const json& planned_at) {
+  std::ifstream stream(folder / "test" / "test.json", std::ios::binary);
+  const json found = json::parse(stream, nullptr, false);
+  TestSlip slip;
+  if (!found.is_object() || found.value("planned_at", json()) != planned_at) return slip;
+  const auto text = [&](const char* key) {
+    const json value = found.value(key, json());
+    return value.is_string() ? value.get<std::string>() : std::string();
+  };
+  if (!found.value("done", false)) {
+    slip.state = found.value("expired", false) ? TestSlip::State::expired : TestSlip::State::open;
+    slip.another_move = text("another_move");
+    return slip;
+  }
+  slip.state = TestSlip::State::done;
+  slip.competing = text("competing");
+  slip.decided = text("decided");
+  slip.predicted = found.at("predicted").at("probability_right").get<double>();
+  slip.probability = found.at("probability").get<double>();
+  return slip;
+}
+
 }  // namespace
+
+std::string to_text(const TestSlip& slip) {
+  switch (slip.state) {
+    case TestSlip::State::done:
+      return slip.decided.empty() ? "done: not decided"
+                                  : fmt::format("done: decided {} with probability {:.2f}",
+                                                slip.decided, slip.probability);
+    case TestSlip::State::expired: return "expired: the move was not seen in time";
+    case TestSlip::State::open: break;
+  }
+  return "open: the move was not seen yet";
+}
 
 Explanation read_explanation(const std::filesystem::path& folder) {
   const std::filesystem::path file = folder / "explanation.json";
@@ -96,6 +131,7 @@ Explanation read_explanation(const std::filesystem::path& folder) {
     // Absent in files of earlier versions.
     if (const json test = j.value("next_test", json()); !test.is_null()) {
       e.next_test = test.at("text").get<std::string>();
+      if (test.contains("valid_until_ms")) e.slip = slip_in(folder, test.at("planned_at"));
     }
     if (e.agrees) e.stick = stick_of(j.at("effects"));
     e.folder = folder;

@@ -44,6 +44,11 @@ constexpr const char* to_text(JournalEntry::Kind kind) noexcept {
   return "system";
 }
 
+// Sets kind, what, values and result of the line about a test: the explanations with the predicted
+// probability of a decision, and the decision with its probability. Empty `decided`: undecided.
+void set_test_result(JournalEntry& line, const std::string& explanations, double predicted,
+                     const std::string& decided, double probability);
+
 // Stored states of all alarms, by loop and alarm, and of all incidents.
 using AlarmKey = std::pair<std::string, std::string>;
 struct AlarmStates {

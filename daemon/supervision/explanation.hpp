@@ -15,6 +15,19 @@
 
 namespace loopwarden::daemon {
 
+// Slip of a watched loop: the test that the operator of the other controller is asked to make.
+struct TestSlip {
+  enum class State : std::uint8_t { open, done, expired };
+  State state = State::open;
+  std::string another_move;  // newest move that differs from the plan, a sentence; empty: none
+  // Of a test that is done.
+  std::string competing;     // "stiction or backlash"
+  std::string decided;       // empty: not decided
+  double predicted = 0.0;    // probability of a decision
+  double probability = 0.0;  // of the decision
+};
+std::string to_text(const TestSlip& slip);
+
 struct Explanation {
   static constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
@@ -36,9 +49,10 @@ struct Explanation {
   double since_s = kNone;  // s before the alarm
   std::vector<std::string> alternatives;
   std::string sentence;
-  std::string remedy;            // recommended action; may be empty
-  std::string next_test;         // that decides between the likely explanations; may be empty
-  std::filesystem::path folder;  // of the evidence
+  std::string remedy;              // recommended action; may be empty
+  std::string next_test;           // that decides between the likely explanations; may be empty
+  std::optional<TestSlip> slip{};  // of `next_test`
+  std::filesystem::path folder;    // of the evidence
 };
 
 }  // namespace loopwarden::daemon

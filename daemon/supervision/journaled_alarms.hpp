@@ -52,8 +52,10 @@ class JournaledAlarms {
   JournaledAlarms(const JournaledAlarms&) = delete;
   JournaledAlarms& operator=(const JournaledAlarms&) = delete;
 
-  // Restore the state before a restart. Call before the threads start.
+  // Restores the state before a restart. Call before the threads start.
   void restore(const journal::AlarmStates& states);
+  // Stores an explanation that the journal has already: after a restart, or with a new state of its
+  // slip.
   void restore(const Explanation& explanation);
 
   // --- results of the detectors ---

@@ -12,6 +12,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "config/loop_model_writer.hpp"
 #include "record/record_csv.hpp"
@@ -85,9 +86,10 @@ void print_result(const json& e, const std::string& folder) {
 }
 
 // Writes the plan of the test, with the record since the change, and for a watched loop a slip for
-// its operator. Returns how to carry it out.
+// its operator, with the time until which it is valid in `proposed`. Returns how to carry it out.
 std::string write_next_test(const twin::Explanation& explanation, const record::Record& record,
-                            const Raised& raised, const fs::path& folder, OutputFiles& files) {
+                            const Raised& raised, const fs::path& folder, OutputFiles& files,
+                            json& proposed) {
   constexpr const char* kRecord = "next_test.record.csv";
   const gap::NextTest& test = *explanation.result.next_test;
   TestPlanFile plan = plan_file(explanation.result);
@@ -107,8 +109,32 @@ std::string write_next_test(const twin::Explanation& explanation, const record::
     return fmt::format("Command: loopwarden valve-test {} --plan {} --live", raised.loop,
                        (folder / "next_test.yaml").string());
   }
-  files.add(folder / "slip.html", test_slip_html(raised.loop, test));
-  return fmt::format("For the operator: {}", (folder / "slip.html").string());
+  const std::int64_t until = plan.planned_at + kSlipValid_s;
+  proposed["valid_until_ms"] = 1000 * until;
+  proposed["planned_at"] = plan.planned_at;
+  files.add(folder / "slip.html", test_slip_html(raised.loop, test, utc_time_text(until)));
+  return fmt::format("For the operator, until {}: {}", utc_time_text(until),
+                     (folder / "slip.html").string());
+}
+
+// Returns the test that an earlier explanation in this folder proposes for a watched loop, if it is
+// done or its slip is still valid; null: none. The operator may have its slip on paper.
+json kept_test(const fs::path& folder, bool proposes) {
+  const auto object_in = [](const fs::path& file) {
+    std::ifstream stream(file, std::ios::binary);
+    const json found = json::parse(stream, nullptr, false);
+    return found.is_object() ? found : json::object();
+  };
+  const json explained = object_in(folder / "explanation.json");
+  const json test = explained.value("next_test", json());
+  if (!test.is_object() || !test.contains("valid_until_ms")) return nullptr;
+  const json result = object_in(folder / "test" / "test.json");
+  const bool done = result.value("done", false) &&
+                    result.value("planned_at", json()) == test.value("planned_at", json());
+  const bool valid = std::chrono::system_clock::now() <
+                     std::chrono::system_clock::time_point(
+                         std::chrono::milliseconds(test.at("valid_until_ms").get<std::int64_t>()));
+  return done || (proposes && valid) ? test : nullptr;
 }
 
 int run_explain(const ExplainOptions& options) {
@@ -161,10 +187,12 @@ int run_explain(const ExplainOptions& options) {
         .seconds_of_work =
             std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(),
         .version = LOOPWARDEN_VERSION};
-    if (explanation.result.next_test) {
-      json& text = out["next_test"]["text"];
-      text = text.get<std::string>() + " " +
-             write_next_test(explanation, record, raised, folder, files);
+    json& proposed = out["next_test"];
+    if (json kept = kept_test(folder, !proposed.is_null()); !kept.is_null()) {
+      proposed = std::move(kept);
+    } else if (explanation.result.next_test) {
+      proposed["text"] = proposed["text"].get<std::string>() + " " +
+                         write_next_test(explanation, record, raised, folder, files, proposed);
     }
     files.add(folder / "report.html", gap_report_html(explanation.result, context));
     files.add(folder / "explanation.json", out.dump(2) + "\n");

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <ctime>
 #include <filesystem>
+#include <fstream>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <utility>
@@ -17,7 +18,9 @@
 #include "model/effects/catalogue.hpp"
 #include "model/estimator/judge_test.hpp"
 #include "record/record_csv.hpp"
+#include "workbench/command_line/background.hpp"
 #include "workbench/command_line/frame.hpp"
+#include "workbench/commands/made_test.hpp"
 #include "workbench/files/model_file.hpp"
 #include "workbench/files/output_files.hpp"
 #include "workbench/files/test_plan_file.hpp"
@@ -242,11 +245,15 @@ json as_json(const TestOutcome& o) {
   return {{"loop", o.target},
           {"move", estimator::to_text(o.plan.move.kind)},
           {"size", o.plan.move.size},
+          {"planned_at", o.plan.planned_at},
+          {"done", o.ended_early.empty()},
           {"ended_utc", o.ended},
           {"ended_early", o.ended_early.empty() ? json() : json(o.ended_early)},
           {"explanations", std::move(explanations)},
+          {"competing", all_names(o.plan)},
           {"probability_of_others", o.judged ? json(o.judged->other) : json()},
           {"decided", name.empty() ? json() : json(name)},
+          {"probability", decided_probability(o)},
           {"predicted",
            {{"probability_right", o.plan.probability_right},
             {"probability_wrong", o.plan.probability_wrong},
@@ -353,6 +360,81 @@ void keep(const PlannedTestOptions& options, const TestOutcome& o) {
                                                     .probability = test.probability});
 }
 
+// --- a move that a person made ---
+
+constexpr const char* kAnotherMove = "another_move";
+constexpr const char* kLookedTo = "looked_to";
+
+std::string sentence(const estimator::MadeMove& move, const std::string& unit) {
+  switch (move.state) {
+    case estimator::MadeMove::State::under_way: return "The move is under way.";
+    case estimator::MadeMove::State::other:
+      return fmt::format("Another move than proposed was seen, by {:+.3g} {} from {:.5g}: {}.",
+                         move.size, unit, move.from, estimator::to_text(move.difference));
+    default: return "The move was not seen yet.";
+  }
+}
+
+// Result of an earlier search for the same plan; null: none.
+json earlier_search(const fs::path& file, const TestPlanFile& plan) {
+  std::ifstream stream(file);
+  const json before = json::parse(stream, nullptr, false);
+  const bool same = before.is_object() && before.value(kLookedTo, std::int64_t{0}) != 0 &&
+                    before.value("planned_at", std::int64_t{0}) == plan.planned_at;
+  return same ? before : json();
+}
+
+// Returns the result of the search if the move was not made as planned. Otherwise it is null and
+// the outcome has the record of the move.
+json search_move(const PlannedTestOptions& options, TestOutcome& outcome, OutputFiles& files) {
+  const TestPlanFile& plan = outcome.plan;
+  const plant::LoopModel model =
+      load_model((fs::path(options.plan).parent_path() / plan.model).string());
+  const double rest_s = estimator::kRest * std::max(plant::answer_s(model), model.sample_time_s);
+  const json before = earlier_search(fs::path(options.out) / "test.json", plan);
+  // A move can begin before the end of the earlier search.
+  const auto again_s =
+      static_cast<std::int64_t>(rest_s + 2.0 * estimator::duration_s(plan.move)) + 60;
+  const std::int64_t from_s =
+      before.is_null()
+          ? plan.planned_at
+          : std::max(plan.planned_at, before.at(kLookedTo).get<std::int64_t>() - again_s);
+  const auto now_s = static_cast<std::int64_t>(std::time(nullptr));
+  MadeTest made = find_made_test(
+      plan, read_later_records(options.record, from_s, plan.planned_at + kSlipValid_s, files),
+      rest_s);
+  if (made.move.state == estimator::MadeMove::State::made) {
+    outcome.record = std::move(made.record);
+    return nullptr;
+  }
+  const std::string text =
+      sentence(made.move, estimator::in_manual(plan.move.kind) ? "CO units" : "PV units");
+  constexpr std::int64_t kOnDisk_s = 120;  // until the newest rows are on the disk
+  const bool expired = now_s > plan.planned_at + kSlipValid_s + kOnDisk_s;
+  json another = made.move.state == estimator::MadeMove::State::other ? json(text) : json();
+  if (another.is_null() && !before.is_null()) another = before.at(kAnotherMove);
+  return {{"loop", outcome.target}, {"planned_at", plan.planned_at},
+          {"done", false},          {"expired", expired},
+          {kLookedTo, now_s},       {kAnotherMove, another},
+          {"sentence", text}};
+}
+
+// Returns the exit code if the test ends here.
+std::optional<int> take_made_move(const PlannedTestOptions& options, TestOutcome& outcome) {
+  OutputFiles files({options.plan, options.record});
+  files.make_folder(options.out);
+  const json result = search_move(options, outcome, files);
+  if (result.is_null()) return std::nullopt;
+  files.add(fs::path(options.out) / "test.json", result.dump(2) + "\n");
+  files.commit();
+  if (options.json) {
+    show_json(result);
+  } else if (!in_background()) {
+    fmt::print("{}\n", result.at("sentence").get<std::string>());
+  }
+  return in_background() ? kExitOk : kExitTryAgain;
+}
+
 }  // namespace
 
 int run_planned_test(const PlannedTestOptions& options) {
@@ -362,16 +444,21 @@ int run_planned_test(const PlannedTestOptions& options) {
   const fs::path folder = fs::path(options.plan).parent_path();
   outcome.target = options.target;
   if (outcome.target.empty()) {
-    outcome.target = options.live ? outcome.plan.loop : (folder / outcome.plan.model).string();
+    outcome.target = options.live || !options.record.empty()
+                         ? outcome.plan.loop
+                         : (folder / outcome.plan.model).string();
   }
-  if (outcome.target.empty()) require("valve-test --plan --live: the tag of the loop");
+  if (outcome.target.empty()) require("valve-test --plan: the tag of the loop");
   const fs::path out(options.out);
+  if (!options.record.empty()) {
+    if (const auto code = take_made_move(options, outcome)) return *code;
+  }
   OutputFiles files({options.plan, (folder / outcome.plan.record).string()});
   files.make_folder(out);
   for (const char* name : {"test.csv", "test.json", "report.html"}) files.expect(out / name);
   if (options.live) {
     carry_out_live(options, outcome);
-  } else {
+  } else if (options.record.empty()) {
     plant::LoopModel model = load_model(outcome.target);
     // Faults act from the start and at full severity, because a test does not wait for them.
     for (plant::ScheduledFault& fault : model.scenario.faults) fault.schedule = {};
@@ -392,7 +479,11 @@ int run_planned_test(const PlannedTestOptions& options) {
   files.add(out / "test.json", result.dump(2) + "\n");
   files.add(out / "report.html", page(outcome));
   files.commit();
-  options.json ? show_json(result) : print_text(outcome);
+  if (options.json) {
+    show_json(result);
+  } else if (!in_background()) {
+    print_text(outcome);
+  }
   if (!outcome.ended_early.empty()) return kExitTryAgain;
   return kExitOk;
 }

@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "model/analysis/valve_test.hpp"
+#include "workbench/command_line/background.hpp"
 #include "workbench/command_line/frame.hpp"
 #include "workbench/commands/bench_options.hpp"
 #include "workbench/commands/planned_valve_test.hpp"
@@ -38,6 +39,8 @@ struct ValveTestOptions {
   std::string out;
   std::string commissioning;
   std::string plan;    // next_test.yaml, in place of the tests
+  std::string record;  // of a move that a person made
+  bool background = false;
   std::string survey;  // folder that keeps the result of a plan
   bool json = false;
 };
@@ -162,10 +165,13 @@ std::string page(const std::vector<TestResult>& results, const json& commissioni
 }
 
 int run_valve_test(const ValveTestOptions& options) {
+  if (options.background) work_in_background();
   if (!options.plan.empty()) {
+    if (options.bench.live && !options.record.empty()) require("either --live or --record");
     return run_planned_test({.plan = options.plan,
                              .target = options.bench.target,
                              .socket = options.bench.socket,
+                             .record = options.record,
                              .live = options.bench.live,
                              .out = options.out,
                              .survey = options.survey,
@@ -226,6 +232,12 @@ void add_valve_test(Program& program) {
   const Option plan = command.option(
       "--plan", o.plan, "next_test.yaml of `gap`: carry out this test and judge it, with --out");
   command
+      .option(
+          "--record", o.record,
+          "with --plan: record of the loop after the plan, or folder of the recorder's segments: "
+          "find the move that a person made, and judge it")
+      .needs(plan);
+  command
       .option("--survey", o.survey,
               "with --plan: folder of a survey, whose tests.csv receives "
               "the result")
@@ -240,10 +252,12 @@ void add_valve_test(Program& program) {
                  "valve-test.json of an earlier run, for comparison");
   command.option("--out", o.out, "folder for valve-test.json and report.html");
   command.flag("--json", o.json, "print the result as JSON");
+  add_background(command, o.background);
   command.footer(
       "Live, it needs --low, --high, --pv-low and --pv-high, or --plan. It restores output, mode "
       "and "
-      "set\npoint at every end, also after Ctrl-C. Exit code 75: ended early.\n"
+      "set\npoint at every end, also after Ctrl-C. Exit code 75: ended early, or the move of "
+      "--plan is not in --record.\n"
       "Examples: loopwarden valve-test FIC-101 --live --low 3 --high 5 --pv-low 2 --pv-high 8 "
       "--out "
       "test\n"

@@ -17,6 +17,9 @@
 
 namespace loopwarden::workbench {
 
+// Time for a person to make the move of a slip, s after the planning. By hand: three shifts.
+inline constexpr std::int64_t kSlipValid_s = 24 * 3600;
+
 struct PlannedExplanation {
   std::vector<std::string> effects;  // empty: nothing is missing
   double probability = 0.0;          // before the test

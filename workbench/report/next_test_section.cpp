@@ -71,7 +71,8 @@ std::string next_test_section(const gap::NextTest& test) {
       chart_svg(predicted_chart(test)));
 }
 
-std::string test_slip_html(const std::string& tag, const gap::NextTest& test) {
+std::string test_slip_html(const std::string& tag, const gap::NextTest& test,
+                           const std::string& until) {
   const TestPlan& plan = test.plan;
   const std::string from =
       fmt::format("{:.4g} {}", plan.moved.back(),
@@ -79,7 +80,8 @@ std::string test_slip_html(const std::string& tag, const gap::NextTest& test) {
   return html_page(
       "Test slip " + tag,
       fmt::format(
-          "<p>For the operator of <b>{0}</b>. Loopwarden only reads this loop.</p>\n"
+          "<p>For the operator of <b>{0}</b>. Loopwarden only reads this loop. "
+          "It recognises the move in the data. This slip is valid until {6}.</p>\n"
           "<ol><li>Wait until the loop is steady near {1}, without an active alarm. PV can deviate "
           "by {2:.3g} PV units: compare this with its alarm limits.</li>"
           "<li>{3}</li>"
@@ -90,7 +92,7 @@ std::string test_slip_html(const std::string& tag, const gap::NextTest& test) {
           estimator::in_manual(plan.move.kind)
               ? "Return the loop to automatic after the last step."
               : "Leave SP at its value of before for as long again.",
-          next_test_section(test)));
+          next_test_section(test), escaped(until)));
 }
 
 }  // namespace loopwarden::workbench

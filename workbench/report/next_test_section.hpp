@@ -13,7 +13,8 @@ namespace loopwarden::workbench {
 std::string next_test_section(const gap::NextTest& test);
 
 // A page to print for the operator of another controller: what to move, by how much and until
-// when. `tag`: of the loop.
-std::string test_slip_html(const std::string& tag, const gap::NextTest& test);
+// when. `tag`: of the loop. `until`: end of its validity.
+std::string test_slip_html(const std::string& tag, const gap::NextTest& test,
+                           const std::string& until);
 
 }  // namespace loopwarden::workbench
