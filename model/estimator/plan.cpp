@@ -21,6 +21,7 @@ constexpr std::array<double, 10> kSizes{0.0025, 0.005, 0.01, 0.015, 0.02,
 constexpr std::size_t kAllowedSizes = 7;
 constexpr std::array<double, 3> kHolds{3.0, 8.0, 20.0};  // answer times
 constexpr double kWanted = 0.9;                          // probability of a right decision
+constexpr double kWorthTrying = 0.5;                     // the same if no test reaches kWanted
 constexpr double kWarmUp = 20.0;                         // answer times before the move
 constexpr std::size_t kRivals = 4;                       // samples that judge a simulated test
 constexpr std::size_t kFirstTests = 5;                   // of each explanation
@@ -108,10 +109,11 @@ class Planner {
       }
       if (right >= kWanted) {
         out.plan = described(*best, share);
-      } else if (!out.best || right > out.best->probability_right) {
+      } else if (!out.best || right > out.best->probability_right + kNextGain) {
         out.best = described(*best, share);
       }
     }
+    if (!out.plan && out.best && worth_trying(*out.best)) out.plan = std::exchange(out.best, {});
     if (!out.plan) explain_refusal(tried, out);
     return out;
   }
@@ -162,7 +164,7 @@ class Planner {
   const Tried* cheapest(std::vector<Tried>& tried, double share, double wanted) const {
     const Tried* best = nullptr;
     for (const bool manual : {false, true}) {
-      const std::vector<Tried*> moves = worth_trying(tried, share, manual);
+      const std::vector<Tried*> moves = front(tried, share, manual);
       const auto judge = [&](Tried& t) {
         if (!t.all) t.all = judged(t.move);
         if (added(*t.all) > share) return false;
@@ -187,8 +189,14 @@ class Planner {
     return best;
   }
 
+  // It decides more often than not, and nearly always rightly.
+  static bool worth_trying(const TestPlan& plan) {
+    const double decides = plan.probability_right + plan.probability_wrong;
+    return plan.probability_right >= kWorthTrying && plan.probability_right >= kDecides * decides;
+  }
+
   // The moves of a class, from cheap to dear, of which each tells more than all before it.
-  std::vector<Tried*> worth_trying(std::vector<Tried>& tried, double share, bool manual) const {
+  std::vector<Tried*> front(std::vector<Tried>& tried, double share, bool manual) const {
     std::vector<Tried*> moves;
     for (Tried& t : tried) {
       if (in_manual(t.move.kind) == manual && added(t.first) <= share) moves.push_back(&t);
@@ -232,9 +240,9 @@ class Planner {
     const Move shortest{MoveKind::set_point_pair, 1.0, kHolds[0] * answer_s_};
     if (out.best) {
       out.why_not = numeric::text(
-          "The best move within %.3g %% of the PV span decides with probability %.2f, less than "
-          "%.2g. %s",
-          most, std::floor(100.0 * out.best->probability_right) / 100.0, kWanted, hides(tried));
+          "The best move within %.3g %% of the PV span decides rightly with probability %.2f and "
+          "wrongly with %.2f. %s",
+          most, out.best->probability_right, out.best->probability_wrong, hides(tried));
     } else if (duration_s(shortest) > start_.longest_s) {
       out.why_not = numeric::text(
           "The loop is too slow: the shortest move takes %.3g s, and a test at most %.3g s.",

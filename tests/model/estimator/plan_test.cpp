@@ -87,13 +87,44 @@ TEST_CASE("a loop that answers too slowly for any test is refused with this reas
   CHECK_THAT(planned.why_not, Catch::Contains("too slow"));
 }
 
-TEST_CASE("the judge of the caller decides which move is proposed", "[estimator][plan]") {
+namespace {
+
+// The right explanation in `right` of ten tests, another one in `wrong`, none in the others.
+TestStart judged_so(std::size_t right, std::size_t wrong) {
   TestStart start = quiet_loop();
-  start.judge = [](const Observed&, Drawn) { return std::vector<double>{0.5, 0.5}; };
-  const Planned planned = propose_test(sticks_or_plays(0.4), start, estimator_test::in_order);
+  start.judge = [right, wrong](const Observed&, Drawn from) {
+    std::vector<double> probability{0.5, 0.5};
+    if (from.sample < right + wrong) {
+      const bool first = (from.explanation == 0) == (from.sample < right);
+      probability = first ? std::vector<double>{0.97, 0.03} : std::vector<double>{0.03, 0.97};
+    }
+    return probability;
+  };
+  return start;
+}
+
+}  // namespace
+
+TEST_CASE("the judge of the caller decides which move is proposed", "[estimator][plan]") {
+  const Planned planned =
+      propose_test(sticks_or_plays(0.4), judged_so(0, 0), estimator_test::in_order);
   CHECK_FALSE(planned.plan);
   REQUIRE(planned.best);
   CHECK(planned.best->probability_right == 0.0);
+}
+
+TEST_CASE("a test that decides in six of ten cases is proposed if it is seldom wrong",
+          "[estimator][plan]") {
+  const Planned seldom =
+      propose_test(sticks_or_plays(0.4), judged_so(6, 0), estimator_test::in_order);
+  REQUIRE(seldom.plan);
+  CHECK(seldom.plan->probability_right == Approx(0.6));
+  CHECK(seldom.why_not.empty());
+
+  const Planned often =
+      propose_test(sticks_or_plays(0.4), judged_so(6, 1), estimator_test::in_order);
+  CHECK_FALSE(often.plan);
+  CHECK_THAT(often.why_not, Catch::Contains("rightly with probability 0.60 and wrongly with 0.10"));
 }
 
 TEST_CASE("a loop whose set point must stay is moved in manual, within its output",
