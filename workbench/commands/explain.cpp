@@ -20,7 +20,7 @@
 #include "workbench/commands/subcommands.hpp"
 #include "workbench/files/model_file.hpp"
 #include "workbench/files/output_files.hpp"
-#include "workbench/files/test_plan_file.hpp"
+#include "daemon/protocol/planned_test/test_plan_file.hpp"
 #include "workbench/report/gap_report.hpp"
 #include "workbench/report/next_test_section.hpp"
 #include "workbench/text/explanation_json.hpp"

@@ -15,7 +15,7 @@
 #include "config/key_reference.hpp"
 #include "model/estimator/plan.hpp"
 
-namespace loopwarden::workbench {
+namespace loopwarden::protocol {
 
 struct PlannedExplanation {
   std::vector<std::string> effects;  // empty: nothing is missing
@@ -46,7 +46,11 @@ config::Loaded<TestPlanFile> read_test_plan(const std::filesystem::path& path);
 std::string write_test_plan(const TestPlanFile& plan, const std::string& heading = "");
 config::KeyReference describe_test_plan();
 
+// "stiction + gain change"; "nothing missing" without effects.
+std::string title_of(const std::vector<std::string>& effects);
+// "stiction or backlash"
+std::string names_of(const TestPlanFile& plan);
 // "2026-11-29T00:21:24Z"
 std::string utc_time_text(std::int64_t seconds);
 
-}  // namespace loopwarden::workbench
+}  // namespace loopwarden::protocol
