@@ -24,7 +24,8 @@ function about(loop, plan) {
   const pv = loop.pv_unit || 'PV', co = loop.co_unit || 'CO', number = (value, range) => fixed(value, decimalsFor(range) + 1);
   const within = ([low, high], range, unit) => fill(t.range, {low: number(low, range), high: number(high, range), unit});
   const size = Math.abs(plan.size), [range, unit] = plan.manual ? [loop.co_range, co] : [loop.pv_range, pv];
-  return el('div', {}, facts([[texts.acting.tag, loop.tag],
+  // With the focus, so that a long dialog begins at its top.
+  return el('div', {tabindex: -1, autofocus: true}, facts([[texts.acting.tag, loop.tag],
     [t.move, fill(plan.manual ? t.output : t.setPoint, {size: number(size, range), from: number(plan.from, range), unit, kind: t.moves[plan.move] ?? plan.move})],
     [t.lasts, duration(plan.duration_s)],
     [t.worst, fill(t.swings, {pv: `${significant(plan.pv_swing)} ${pv}`, co: `${significant(plan.output_swing)} ${co}`})],
