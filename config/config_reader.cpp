@@ -2,6 +2,7 @@
 #include "config/config_reader.hpp"
 
 #include <fmt/format.h>
+#include <sys/stat.h>
 
 #include <algorithm>
 #include <iterator>
@@ -330,6 +331,8 @@ ReadFile read_loop_source(const fs::path& path, const Drafts& drafts, const Daem
     read_document(*text, file.report,
                   [&](MapReader& in) { file.loop = read_loop(in, path.string(), daemon); });
     file.loop.config.file_hash = base::crc32(*text);
+    struct stat about {};
+    if (::stat(path.c_str(), &about) == 0) file.loop.config.file_time_s = about.st_mtime;
   }
   file.loop.config.file = path.string();
   return file;

@@ -227,14 +227,16 @@ DaemonFile read_daemon(MapReader& in, const std::string& file) {
   for (const std::string& name : certificates.value) {
     config.certificates.push_back(resolve(file, name));
   }
-  in.maybe_section("page", "commands permitted to loopwarden-page; without this key it only reads",
-                   [&](MapReader& page) {
-                     config.page = read_rights(page);
-                     config.page.tuning =
-                         page.flag("tuning", "gains of loops that are controlled here", false);
-                     config.page.reports = page.flag(
-                         "reports", "request reports on the recorded data of a loop", false);
-                   });
+  in.maybe_section(
+      "page", "commands permitted to loopwarden-page; without this key it only reads",
+      [&](MapReader& page) {
+        config.page = read_rights(page);
+        config.page.tuning = page.flag("tuning", "gains of loops that are controlled here", false);
+        config.page.reports =
+            page.flag("reports", "request reports on the recorded data of a loop", false);
+        config.page.tests =
+            page.flag("tests", "carry out proposed tests of loops that are controlled here", false);
+      });
   in.maybe_section("edge", "commands permitted to loopwarden-edge; without this key it only reads",
                    [&](MapReader& edge) { config.edge = read_rights(edge); });
   for (auto& [name, section] : in.maybe_named_sections(

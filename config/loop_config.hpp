@@ -154,8 +154,9 @@ struct LoopAlarmConfig {
 
 struct LoopConfig {
   std::string file;
-  std::uint32_t file_hash = 0;  // CRC-32 of the file's text
-  std::string name;             // the tag, e.g. FIC-101
+  std::uint32_t file_hash = 0;   // CRC-32 of the file's text
+  std::int64_t file_time_s = 0;  // last change of the file, s since 1970
+  std::string name;              // the tag, e.g. FIC-101
   std::string description;
   std::string area;    // path: Unit 2/Reactor
   std::string master;  // tag of the loop that writes the set point; empty: no cascade
@@ -231,8 +232,9 @@ struct SocketRights {
   bool control = false;  // set point, mode, output, jacket
   bool tuning = false;   // gains; page.sock only
   bool reports = false;  // page.sock only: reports on recorded data
+  bool tests = false;    // page.sock only: proposed tests of loops that are controlled here
 
-  bool any() const noexcept { return alarms || control || tuning || reports; }
+  bool any() const noexcept { return alarms || control || tuning || reports || tests; }
   friend bool operator==(const SocketRights&, const SocketRights&) = default;
 };
 

@@ -23,6 +23,7 @@ LoopPlan plan_of(const LoopConfig& running, const LoopConfig& wanted, const Outp
                 .decision = Decision::apply,
                 .keys = {.file = wanted.file, .applied = {}, .waiting_for_restart = {}},
                 .file_hash = wanted.file_hash,
+                .file_time_s = wanted.file_time_s,
                 .waiting_for_output = {}};
   std::vector<Change>& waiting = plan.keys.waiting_for_restart;
   for (KeyChange& found : compare(running, wanted)) {
@@ -56,6 +57,7 @@ LoopPlan plan_of(const LoopConfig& loop, Decision decision, const std::string& w
                    .applied = {},
                    .waiting_for_restart = {{.key = "loop", .from = {}, .to = {}, .why = why}}},
           .file_hash = decision == Decision::came ? loop.file_hash : 0,
+          .file_time_s = loop.file_time_s,
           .waiting_for_output = {}};
 }
 

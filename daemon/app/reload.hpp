@@ -65,6 +65,7 @@ struct LoopPlan {
   FilePlan keys;
   // CRC-32 of the text of the file that this plan was made from; 0: the file is gone
   std::uint32_t file_hash = 0;
+  std::int64_t file_time_s = 0;  // last change of the file, s since 1970
   std::vector<Change> waiting_for_output;
 };
 

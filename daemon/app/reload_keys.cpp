@@ -71,9 +71,9 @@ std::string shown(const T& value) {
   } else if constexpr (std::is_same_v<T, control::OutputAction>) {
     return value.kind == control::OutputAction::Kind::hold ? "hold" : shown(value.value);
   } else if constexpr (std::is_same_v<T, config::SocketRights>) {
-    return fmt::format("{{alarms: {}, control: {}{}{}}}", value.alarms, value.control,
-                       value.tuning ? ", tuning: true" : "",
-                       value.reports ? ", reports: true" : "");
+    return fmt::format("{{alarms: {}, control: {}{}{}{}}}", value.alarms, value.control,
+                       value.tuning ? ", tuning: true" : "", value.reports ? ", reports: true" : "",
+                       value.tests ? ", tests: true" : "");
   } else if constexpr (std::is_same_v<T, control::CompensatorSettings>) {
     return control::to_text(value.kind);
   } else if constexpr (std::is_enum_v<T>) {

@@ -92,6 +92,7 @@ protocol::ReloadPlan told(const Plan& plan) {
                          .file = loop.keys.file,
                          .decision = to_text(loop.decision),
                          .file_hash = loop.file_hash,
+                         .file_time_s = loop.file_time_s,
                          .applied = told(loop.keys.applied),
                          .waiting_for_output = told(loop.waiting_for_output),
                          .waiting_for_restart = told(loop.keys.waiting_for_restart)});

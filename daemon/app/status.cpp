@@ -85,7 +85,8 @@ protocol::SocketRights rights_of(const config::SocketRights& rights) {
   return {.alarms = rights.alarms,
           .control = rights.control,
           .tuning = rights.tuning,
-          .reports = rights.reports};
+          .reports = rights.reports,
+          .tests = rights.tests};
 }
 
 }  // namespace

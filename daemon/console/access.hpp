@@ -25,7 +25,7 @@ struct Rights {
 };
 
 // Right that page.sock and edge.sock need for a request; any: at least one of them.
-enum class Need : std::uint8_t { nothing, any, alarms, control, tuning, reports };
+enum class Need : std::uint8_t { nothing, any, alarms, control, tuning, reports, tests };
 
 // Sockets that offer a request; control.sock offers all of them.
 struct Access {

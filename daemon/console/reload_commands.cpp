@@ -10,6 +10,10 @@ namespace loopwarden::daemon::console {
 
 protocol::ReloadNumber ReloadCommands::reload(const protocol::ReloadRequest& request,
                                               const Sender& sender) {
+  // Before a test, the page compares the loop's file with the configuration in force.
+  if (sender.socket != SocketName::control && !request.dry_run.value_or(false)) {
+    throw RequestError("a reload is on control.sock alone, except with dry_run");
+  }
   return {operations_.reload(sender.peer, request.dry_run.value_or(false),
                              request.take_file.value_or(false))};
 }

@@ -24,6 +24,10 @@ protocol::Commissioning SessionCommands::commissioning(
   check_takes_commands(plant_, index);
   const bool ends = request.end.value_or(false);
   if (ends && !request.session) throw RequestError("end needs the session");
+  const bool of_test = request.session ? tests_.runs_on(index) : request.test.has_value();
+  if (sender.socket != SocketName::control && !of_test) {
+    throw RequestError("commissioning is on control.sock alone, except for a test");
+  }
   if (request.test && !request.session)
     return {tests_.begin(index, *request.test, sender, clock_())};
   if (request.session && tests_.runs_on(index)) return in_test(request, index);
@@ -47,7 +51,8 @@ protocol::Commissioning SessionCommands::in_test(const protocol::CommissioningRe
   const std::uint64_t session =
       plant_.loops[loop].commissioning->take(request.session, {}, plant_.alarms.now_ms(), clock_());
   if (request.end.value_or(false)) {
-    tests_.end(loop, "as planned");
+    const std::string why = short_text(request.why, "why");
+    tests_.end(loop, why.empty() ? "as planned" : why);
   } else if (request.move) {
     tests_.move(loop, *request.move);
   }

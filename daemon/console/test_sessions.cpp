@@ -71,14 +71,18 @@ std::uint64_t TestSessions::begin(std::size_t loop, const protocol::TestTerms& t
   }
   const rt::LoopSettings settings = runtime.settings->get();
   const control::OutputLimits& output = settings.controller.output;
-  if (!is_within(terms.pv, settings.pv_check.low, settings.pv_check.high)) {
+  if (terms.any_size && (!terms.manual || sender.socket != SocketName::control)) {
+    throw RequestError("any_size is for tests in manual, on control.sock alone");
+  }
+  if (!terms.any_size && !is_within(terms.pv, settings.pv_check.low, settings.pv_check.high)) {
     throw RequestError("the limits of PV are outside of its range");
   }
   if (!is_within(terms.co, output.low, output.high)) {
     throw RequestError("the limits of CO are outside of those of the loop");
   }
-  if (!(terms.longest_s > 0.0 && terms.longest_s <= kLongest_s)) {
-    throw RequestError(fmt::format("a test lasts at most {:g} s", kLongest_s));
+  const double longest_s = terms.any_size ? kLongestOfAny_s : kLongest_s;
+  if (!(terms.longest_s > 0.0 && terms.longest_s <= longest_s)) {
+    throw RequestError(fmt::format("a test lasts at most {:g} s", longest_s));
   }
   for (const double to : terms.moved) {
     if (const std::string why = why_beyond(test, to); !why.empty()) throw RequestError(why);
@@ -110,7 +114,7 @@ std::string TestSessions::why_beyond(const Test& test, double to) const {
   const double from = test.terms.manual ? test.output : test.set_point;
   if (!inside(to, test.terms.moved)) return outside(what, to, test.terms.moved);
   if (!inside(to, allowed)) return outside(what, to, allowed);
-  if (!(std::abs(to - from) <= kMostMove * span * (1.0 + 1e-9))) {
+  if (!test.terms.any_size && !(std::abs(to - from) <= kMostMove * span * (1.0 + 1e-9))) {
     return fmt::format("{} {:.4g} is more than {:g} % of its span from {:.4g}", what, to,
                        100.0 * kMostMove, from);
   }
@@ -126,6 +130,7 @@ std::string TestSessions::why_not_now(const Test& test) const {
   }
   if ((row.flags & record::kOutputLost) != 0) return "the device does not take the output";
   if (row.pv_quality != base::Quality::good) return "PV is not good";
+  if (test.terms.any_size) return {};
   if ((row.flags & (record::kAtLow | record::kAtHigh)) != 0) return "the output is at its limit";
   std::string why;
   plant_.alarms.look(test.loop, [&](const supervision::AlarmSnapshot& now) {

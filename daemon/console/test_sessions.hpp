@@ -17,7 +17,7 @@
 
 namespace loopwarden::daemon::console {
 
-// Carries out the moves of a small test, on one loop of the box at a time.
+// Carries out the moves of a test, on one loop of the box at a time.
 //
 // Each move is checked against the limits in force. The test ends if PV or CO leaves its limits,
 // if a process alarm or a fault is active, if the mode changes, if a known valve position is lost,
@@ -28,7 +28,8 @@ class TestSessions {
   using Clock = Commissioning::Clock;
   // Largest distance of a move from its start, as a share of the span of PV or CO.
   static constexpr double kMostMove = 0.05;
-  static constexpr double kLongest_s = 3600.0;  // of the loop's time
+  static constexpr double kLongest_s = 3600.0;           // of the loop's time
+  static constexpr double kLongestOfAny_s = 8 * 3600.0;  // the same with `any_size`
 
   TestSessions(const Plant& plant, journal::Journal& journal, LoopCommands& commands,
                const Operations& operations)

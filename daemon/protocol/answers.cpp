@@ -91,7 +91,7 @@ PROTOCOL_JSON(Report, name, loop, kind, from_ms, to_ms, by, asked_ms, state, pla
 PROTOCOL_JSON(Reports, reports)
 PROTOCOL_JSON(ReportTaken, taken, waiting, name, on_disk)
 
-PROTOCOL_JSON(SocketRights, alarms, control, tuning, reports)
+PROTOCOL_JSON(SocketRights, alarms, control, tuning, reports, tests)
 PROTOCOL_JSON(AlarmRules, severe_percent, latching, shelve_limit_min)
 PROTOCOL_JSON(LinkInUse, by, transport, host, port, device)
 PROTOCOL_JSON(Links, links)
@@ -143,7 +143,7 @@ PROTOCOL_JSON(RecordFile, file)
 PROTOCOL_JSON(ReloadNumber, reload)
 PROTOCOL_JSON(KeyChange, key, from, to, why)
 PROTOCOL_JSON(DaemonPlan, file, applied, waiting_for_restart)
-PROTOCOL_JSON(LoopPlan, loop, file, decision, file_hash, applied, waiting_for_output,
+PROTOCOL_JSON(LoopPlan, loop, file, decision, file_hash, file_time_s, applied, waiting_for_output,
               waiting_for_restart)
 PROTOCOL_JSON(ReloadPlan, daemon, loops)
 PROTOCOL_JSON(Diagnostic, file, level, key, message, line, column)

@@ -321,7 +321,7 @@ struct LoopDescription {
 };
 
 struct SocketRights {
-  bool alarms = false, control = false, tuning = false, reports = false;
+  bool alarms = false, control = false, tuning = false, reports = false, tests = false;
 };
 
 struct AlarmRules {
@@ -587,7 +587,8 @@ struct DaemonPlan {
 
 struct LoopPlan {
   std::string loop{}, file{}, decision{};
-  Maybe<std::uint32_t> file_hash{};  // CRC-32 of the file's text that this plan was made from
+  Maybe<std::uint32_t> file_hash{};   // CRC-32 of the file's text that this plan was made from
+  Maybe<std::int64_t> file_time_s{};  // last change of the file, s since 1970
   std::vector<KeyChange> applied{}, waiting_for_output{}, waiting_for_restart{};
 };
 

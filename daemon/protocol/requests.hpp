@@ -132,6 +132,8 @@ struct TestTerms {
   Range pv{}, co{};  // PV units; CO units; outside of them the test ends
   Range moved{};     // limits of SP in PV units, or in manual of the output in CO units
   bool manual = false;
+  // Only in manual, on control.sock: moves of any size within `moved`, also during process alarms.
+  bool any_size = false;
   double longest_s = 0.0;  // of the loop's time
   std::string plan{};      // for the journal
 };
@@ -147,6 +149,8 @@ struct CommissioningRequest {
   Maybe<double> move{};        // SP or output of the test
   Maybe<double> withhold_s{};  // duration for which commands are withheld
   Maybe<bool> end{};
+  Maybe<std::string> why{};  // with `end`: why a test ends early
+  Maybe<std::string> user{}, address{};
 };
 
 // The controller's gains. A reload or a restart replaces them by those of the file.
@@ -195,6 +199,7 @@ struct TestResultRequest {
   using Answer = Noted;
   std::string loop{}, explanations{}, decided{};  // "stiction or backlash"; decided: empty: none
   double predicted = kNone, probability = kNone;  // of a right decision; of `decided`
+  Maybe<std::string> user{}, address{};
 };
 
 struct VetoRequest {

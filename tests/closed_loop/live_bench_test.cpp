@@ -260,14 +260,14 @@ TEST_CASE("PV beyond its limit, a signal and an operator each end a live test", 
       return std::any_of(lines.begin(), lines.end(),
                          [](const json& line) { return line.at("what") == "output"; });
     }));
-    daemon.client().set({.loop = "FIC-101", .set_point = 6.5, .mode = "auto"});
+    CHECK_THROWS_WITH(daemon.client().set({.loop = "FIC-101", .mode = "auto"}),
+                      Catch::Contains("out of service"));
+    daemon.client().set({.loop = "FIC-101", .mode = "man"});
     const int exit_code = command.wait_for_end();
     INFO(command.text());
     CHECK(exit_code == 75);
-    CHECK(command.text().find("another user changed the mode from manual") != std::string::npos);
-    const json now = daemon.loop("FIC-101");
-    CHECK(now.value("requested_mode", "") == "AUTO");
-    CHECK(now.at("sp") == 6.5);
+    CHECK(command.text().find("taken to manual by another user") != std::string::npos);
+    CHECK(daemon.loop("FIC-101").value("requested_mode", "") == "MAN");
   }
   SECTION("a loop outside of the limits is not moved") {
     ready();

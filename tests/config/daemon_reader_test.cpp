@@ -78,6 +78,8 @@ TEST_CASE("By default the page's and the edge's socket accept no commands", "[co
   CHECK(rights("edge: {control: true}\n") ==
         std::pair(none, SocketRights{.alarms = false, .control = true}));
   CHECK(rights("page: {tuning: true}\n") == std::pair(SocketRights{.tuning = true}, none));
+  CHECK(rights("page: {tests: true}\n") == std::pair(SocketRights{.tests = true}, none));
+  CHECK(said_of_daemon("edge: {tests: true}\n") == "d.yaml:1:8: error: unknown key 'tests'\n");
   CHECK(said_of_daemon("edge: {tuning: true}\n") == "d.yaml:1:8: error: unknown key 'tuning'\n");
   CHECK(rights("page: {reports: true}\n") == std::pair(SocketRights{.reports = true}, none));
   CHECK(said_of_daemon("edge: {reports: true}\n") == "d.yaml:1:8: error: unknown key 'reports'\n");

@@ -55,7 +55,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const config::SocketRights rights{.alarms = (data[0] & 4U) != 0,
                                     .control = (data[0] & 8U) != 0,
                                     .tuning = (data[0] & 16U) != 0,
-                                    .reports = (data[0] & 32U) != 0};
+                                    .reports = (data[0] & 32U) != 0,
+                                    .tests = (data[0] & 64U) != 0};
   plant.server->set_rights({.page = rights, .edge = rights});
   const std::string line(data + 1, data + size);
   const std::uint64_t before = plant.loops.front().channels->operator_commands.commands.room();

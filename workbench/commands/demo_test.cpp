@@ -10,7 +10,7 @@
 #include "model/plant/simulated_loop.hpp"
 #include "workbench/command_line/frame.hpp"
 #include "workbench/files/model_file.hpp"
-#include "workbench/live/planned_test.hpp"
+#include "daemon/protocol/planned_test/planned_test.hpp"
 #include "workbench/text/next_test_text.hpp"
 #include "workbench/text/posterior_bars.hpp"
 
@@ -71,7 +71,7 @@ void show_test_scene(const std::string& model_file,
   say("  " + probabilities(explanations, before));
   say(decision_sentence(*found.next_test));
   say("The move is made on the simulated plant, and both records are explained together:");
-  const TestRecord test = simulate_test(truth, plan_file(found));
+  const protocol::TestRecord test = protocol::simulate_test(truth, plan_file(found));
   const estimator::Judged judged =
       estimator::judge_test(names, observed(record.period_s, record.co, record.pv),
                             observed(test.period_s, test.co, test.pv), believed, {}, parallel);

@@ -21,7 +21,7 @@
 #include "workbench/commands/subcommands.hpp"
 #include "workbench/files/model_file.hpp"
 #include "workbench/files/output_files.hpp"
-#include "workbench/files/test_plan_file.hpp"
+#include "daemon/protocol/planned_test/test_plan_file.hpp"
 #include "workbench/report/gap_report.hpp"
 #include "workbench/report/next_test_section.hpp"
 #include "workbench/text/explanation_json.hpp"
@@ -109,11 +109,12 @@ std::string write_next_test(const twin::Explanation& explanation, const record::
     return fmt::format("Command: loopwarden valve-test {} --plan {} --live", raised.loop,
                        (folder / "next_test.yaml").string());
   }
-  const std::int64_t until = plan.planned_at + kSlipValid_s;
+  const std::int64_t until = plan.planned_at + protocol::kSlipValid_s;
   proposed["valid_until_ms"] = 1000 * until;
   proposed["planned_at"] = plan.planned_at;
-  files.add(folder / "slip.html", test_slip_html(raised.loop, test, utc_time_text(until)));
-  return fmt::format("For the operator, until {}: {}", utc_time_text(until),
+  files.add(folder / "slip.html",
+            test_slip_html(raised.loop, test, protocol::utc_time_text(until)));
+  return fmt::format("For the operator, until {}: {}", protocol::utc_time_text(until),
                      (folder / "slip.html").string());
 }
 

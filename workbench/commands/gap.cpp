@@ -26,7 +26,7 @@
 #include "workbench/command_line/frame.hpp"
 #include "workbench/files/model_file.hpp"
 #include "workbench/live/daemon_client.hpp"
-#include "workbench/live/in_force.hpp"
+#include "daemon/protocol/planned_test/in_force.hpp"
 #include "workbench/records/record_input.hpp"
 #include "workbench/records/recorder_input.hpp"
 #include "workbench/text/gap_json.hpp"
@@ -571,7 +571,8 @@ void take_from_recorder(GapOptions& options, OutputFiles& files) {
   // Only the plan of a test needs it. Without it, valve-test compares the plan's time.
   try {
     DaemonClient daemon(options.recorder.socket());
-    if (const auto file = file_of_loop(daemon, options.tag)) options.configuration = file->hash;
+    if (const auto file = protocol::file_of_loop(daemon, options.tag))
+      options.configuration = file->hash;
   } catch (const protocol::DaemonError&) {
     options.configuration.reset();
   }

@@ -8,13 +8,16 @@
 #include <string>
 #include <vector>
 
+#include "daemon/protocol/planned_test/planned_test.hpp"
+#include "daemon/protocol/planned_test/test_plan_file.hpp"
 #include "model/estimator/made_move.hpp"
 #include "record/record_csv.hpp"
 #include "workbench/files/output_files.hpp"
-#include "workbench/files/test_plan_file.hpp"
-#include "workbench/live/planned_test.hpp"
 
 namespace loopwarden::workbench {
+
+using protocol::TestPlanFile;
+using protocol::TestRecord;
 
 struct MadeTest {
   estimator::MadeMove move;

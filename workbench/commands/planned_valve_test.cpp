@@ -15,16 +15,16 @@
 #include <vector>
 
 #include "daemon/protocol/ask.hpp"
+#include "daemon/protocol/planned_test/judged_test.hpp"
 #include "model/effects/catalogue.hpp"
-#include "model/estimator/judge_test.hpp"
 #include "record/record_csv.hpp"
 #include "workbench/command_line/background.hpp"
 #include "workbench/command_line/frame.hpp"
 #include "workbench/commands/made_test.hpp"
 #include "workbench/files/model_file.hpp"
 #include "workbench/files/output_files.hpp"
-#include "workbench/files/test_plan_file.hpp"
-#include "workbench/live/planned_test.hpp"
+#include "daemon/protocol/planned_test/test_plan_file.hpp"
+#include "daemon/protocol/planned_test/planned_test.hpp"
 #include "workbench/live/terminal.hpp"
 #include "workbench/report/chart.hpp"
 #include "workbench/setup/terminal_person.hpp"
@@ -36,34 +36,23 @@ namespace loopwarden::workbench {
 namespace {
 
 namespace fs = std::filesystem;
-using estimator::Judged;
-using estimator::Observed;
 using nlohmann::json;
-
-struct Swing {
-  double pv = 0.0;  // PV units: largest deviation from PV before the move
-  double co = 0.0;  // CO units: largest deviation from the output before the move
-};
+using protocol::Decision;
+using protocol::decision_of;
+using protocol::names_of;
+using protocol::PlannedExplanation;
+using protocol::TestPlanFile;
+using protocol::TestRecord;
 
 struct TestOutcome {
   TestPlanFile plan;
   std::string target;
   TestRecord record;
   std::string ended_early;
-  Swing swing;
-  std::optional<Judged> judged;
-  std::string why_not_judged;
+  protocol::Swing swing;
+  protocol::JudgedTest test;
   std::string ended;  // UTC
 };
-
-std::string all_names(const TestPlanFile& plan) {
-  std::string names;
-  for (std::size_t i = 0; i < plan.explanations.size(); ++i) {
-    const bool last = i + 1 == plan.explanations.size();
-    names += (i == 0 ? "" : last ? " or " : ", ") + title_of(plan.explanations[i].effects);
-  }
-  return names;
-}
 
 std::string seconds_text(double seconds) {
   return seconds < 120.0 ? fmt::format("{:.0f} s", seconds)
@@ -106,8 +95,8 @@ bool agreed(setup::TerminalPerson& person, const protocol::LoopStatus& loop,
                                  loop.name)) == loop.name;
 }
 
-std::string watch_key(setup::TerminalPerson& person, const TestProgress& now, double duration_s,
-                      double& shown_s) {
+std::string watch_key(setup::TerminalPerson& person, const protocol::TestProgress& now,
+                      double duration_s, double& shown_s) {
   if (now.time_s >= shown_s) {
     person.say(fmt::format("{:>6.0f} s of {:.0f} s   SP {:.5g}   PV {:.5g}   CO {:.5g}", now.time_s,
                            duration_s, now.sp, now.pv, now.co));
@@ -119,8 +108,8 @@ std::string watch_key(setup::TerminalPerson& person, const TestProgress& now, do
 
 void carry_out_live(const PlannedTestOptions& options, TestOutcome& outcome) {
   DaemonClient daemon(options.socket);
-  const protocol::LoopStatus loop = loop_of_daemon(daemon, outcome.target);
-  if (const std::string why = why_no_test(daemon, loop, outcome.plan); !why.empty()) {
+  const protocol::LoopStatus loop = protocol::loop_of_daemon(daemon, outcome.target);
+  if (const std::string why = protocol::why_no_test(daemon, loop, outcome.plan); !why.empty()) {
     fail(kExitTryAgain, "{}: no test: {}", loop.name, why);
   }
   outcome.plan.loop = loop.name;
@@ -130,106 +119,31 @@ void carry_out_live(const PlannedTestOptions& options, TestOutcome& outcome) {
   }
   if (!agreed(person, loop, outcome.plan)) fail(kExitTryAgain, "{}: no test", loop.name);
   // The person took time to read.
-  if (const std::string why = why_no_test(daemon, loop_of_daemon(daemon, loop.name), outcome.plan);
+  if (const std::string why =
+          protocol::why_no_test(daemon, protocol::loop_of_daemon(daemon, loop.name), outcome.plan);
       !why.empty()) {
     fail(kExitTryAgain, "{}: no test: {}", loop.name, why);
   }
   watch_interrupts();
   person.watch_keys(true);
   double shown_s = 0.0;
-  CarriedOut done = carry_out(daemon, outcome.plan, [&](const TestProgress& now) {
-    return watch_key(person, now, estimator::duration_s(outcome.plan.move), shown_s);
-  });
+  protocol::CarriedOut done =
+      protocol::carry_out(daemon, outcome.plan, {}, [&](const protocol::TestProgress& now) {
+        return watch_key(person, now, estimator::duration_s(outcome.plan.move), shown_s);
+      });
   person.watch_keys(false);
   outcome.record = std::move(done.record);
   outcome.ended_early = std::move(done.ended_early);
-  person.say(done.restored
-                 ? loop.name + ": released, as before the test"
-                 : loop.name + ": the daemon has not restored it yet. See `loopwarden top`.");
-}
-
-// --- judgement ---
-
-// A record at a multiple of the test's period, or the same one.
-std::optional<Observed> at_period(const TestRecord& test, double period_s) {
-  const double ratio = period_s / test.period_s;
-  const auto per = static_cast<std::size_t>(std::lround(ratio));
-  if (per < 1 || std::abs(ratio - static_cast<double>(per)) > 0.01) return std::nullopt;
-  Observed out{.period_s = period_s, .co = {}, .pv = {}, .used = {}};
-  double last_co = 0.0;
-  for (std::size_t k = 0; k + per <= test.pv.size(); k += per) {
-    double pv = 0.0;
-    for (std::size_t i = 0; i < per; ++i) {
-      pv += test.pv[k + i] / static_cast<double>(per);
-      if (std::isfinite(test.co[k + i])) last_co = test.co[k + i];
-    }
-    out.co.push_back(last_co);
-    out.used.push_back(std::isfinite(pv));
-    out.pv.push_back(std::isfinite(pv) ? pv : 0.0);
-  }
-  return out;
-}
-
-void judge(const PlannedTestOptions& options, TestOutcome& outcome) {
-  const TestPlanFile& plan = outcome.plan;
-  const fs::path folder = fs::path(options.plan).parent_path();
-  plant::LoopModel model = load_model((folder / plan.model).string());
-  const record::Record record = record::read_record(folder / plan.record);
-  TestRecord before{.period_s = record.period_s,
-                    .time_s = record.time_s,
-                    .sp = record.sp,
-                    .pv = record.pv,
-                    .co = record.co,
-                    .stem = {}};
-  const std::optional<Observed> of_record = at_period(before, record.period_s);
-  const std::optional<Observed> of_test = at_period(outcome.record, record.period_s);
-  if (record.co.empty() || !of_record || !of_test) {
-    outcome.why_not_judged =
-        fmt::format("its period of {:g} s does not divide that of the record, {:g} s",
-                    outcome.record.period_s, record.period_s);
-    return;
-  }
-  std::vector<std::vector<std::string>> names;
-  for (const PlannedExplanation& e : plan.explanations) names.push_back(e.effects);
-  estimator::Options how{.without = plan.without, .level_known = !plan.level_of_record};
-  if (plan.level_of_record) how.without.emplace_back("leakage");
-  outcome.judged =
-      estimator::judge_test(names, *of_record, *of_test, model, how, on_threads(threads(0)));
-}
-
-Swing swing_of(const TestRecord& r) {
-  Swing swing;
-  std::size_t begin = 0;
-  while (begin < r.time_s.size() && r.time_s[begin] < 0.0) ++begin;
-  if (begin == 0 || begin == r.time_s.size()) return swing;
-  for (std::size_t k = begin; k < r.time_s.size(); ++k) {
-    if (std::isfinite(r.pv[k])) swing.pv = std::max(swing.pv, std::abs(r.pv[k] - r.sp[begin - 1]));
-    if (std::isfinite(r.co[k])) swing.co = std::max(swing.co, std::abs(r.co[k] - r.co[begin - 1]));
-  }
-  return swing;
-}
-
-std::string decided_name(const TestOutcome& outcome) {
-  if (!outcome.judged || outcome.judged->decided < 0) return {};
-  return title_of(
-      outcome.plan.explanations[static_cast<std::size_t>(outcome.judged->decided)].effects);
-}
-
-double decided_probability(const TestOutcome& outcome) {
-  if (!outcome.judged || outcome.judged->decided < 0) return 0.0;
-  return outcome.judged->probability[static_cast<std::size_t>(outcome.judged->decided)];
+  const bool restored = protocol::wait_released(daemon, loop.name, [] { return false; });
+  person.say(restored ? loop.name + ": released, as before the test"
+                      : loop.name + ": the daemon has not restored it yet. See `loopwarden top`.");
 }
 
 // --- results ---
 
 std::string sentence(const TestOutcome& outcome) {
-  if (!outcome.ended_early.empty()) return "The test ended early: " + outcome.ended_early + ".";
-  if (!outcome.judged) return "The test is not judged: " + outcome.why_not_judged + ".";
-  const std::string name = decided_name(outcome);
-  if (name.empty())
-    return fmt::format("The test does not decide between {}.", all_names(outcome.plan));
-  return fmt::format("The test decides: {}, with probability {:.2f}.", name,
-                     decided_probability(outcome));
+  return outcome.ended_early.empty() ? protocol::sentence_of(outcome.plan, outcome.test)
+                                     : "The test ended early: " + outcome.ended_early + ".";
 }
 
 json as_json(const TestOutcome& o) {
@@ -239,9 +153,9 @@ json as_json(const TestOutcome& o) {
     explanations.push_back(
         {{"effects", e.effects},
          {"probability_before", e.probability},
-         {"probability_after", o.judged ? json(o.judged->probability[i]) : json()}});
+         {"probability_after", o.test.judged ? json(o.test.judged->probability[i]) : json()}});
   }
-  const std::string name = decided_name(o);
+  const std::string name = decision_of(o.plan, o.test).name;
   return {{"loop", o.target},
           {"move", estimator::to_text(o.plan.move.kind)},
           {"size", o.plan.move.size},
@@ -250,10 +164,10 @@ json as_json(const TestOutcome& o) {
           {"ended_utc", o.ended},
           {"ended_early", o.ended_early.empty() ? json() : json(o.ended_early)},
           {"explanations", std::move(explanations)},
-          {"competing", all_names(o.plan)},
-          {"probability_of_others", o.judged ? json(o.judged->other) : json()},
+          {"competing", names_of(o.plan)},
+          {"probability_of_others", o.test.judged ? json(o.test.judged->other) : json()},
           {"decided", name.empty() ? json() : json(name)},
-          {"probability", decided_probability(o)},
+          {"probability", decision_of(o.plan, o.test).probability},
           {"predicted",
            {{"probability_right", o.plan.probability_right},
             {"probability_wrong", o.plan.probability_wrong},
@@ -270,13 +184,14 @@ void print_text(const TestOutcome& o) {
   fmt::print("{:<24}{:>12.3g}{:>12.3g}\n", "CO moved by, CO units", o.plan.output_swing,
              o.swing.co);
   fmt::print("{:<24}{:>12.2f}{:>12}\n", "decides", o.plan.probability_right,
-             decided_name(o).empty() ? "no" : "yes");
-  if (!o.judged) return;
+             decision_of(o.plan, o.test).name.empty() ? "no" : "yes");
+  if (!o.test.judged) return;
   for (std::size_t i = 0; i < o.plan.explanations.size(); ++i) {
     fmt::print("{:<24}{:>12.2f}{:>12.2f}\n", title_of(o.plan.explanations[i].effects),
-               o.plan.explanations[i].probability, o.judged->probability[i]);
+               o.plan.explanations[i].probability, o.test.judged->probability[i]);
   }
-  if (o.judged->other >= 0.01) fmt::print("{:<24}{:>12}{:>12.2f}\n", "others", "", o.judged->other);
+  if (o.test.judged->other >= 0.01)
+    fmt::print("{:<24}{:>12}{:>12.2f}\n", "others", "", o.test.judged->other);
 }
 
 std::string page(const TestOutcome& o) {
@@ -318,11 +233,11 @@ std::string page(const TestOutcome& o) {
   row("CO moved by, CO units", fmt::format("{:.3g}", o.plan.output_swing),
       fmt::format("{:.3g}", o.swing.co));
   row("probability of a decision", fmt::format("{:.2f}", o.plan.probability_right),
-      decided_name(o).empty() ? "not decided" : "decided");
+      decision_of(o.plan, o.test).name.empty() ? "not decided" : "decided");
   for (std::size_t i = 0; i < o.plan.explanations.size(); ++i) {
     row("probability: " + title_of(o.plan.explanations[i].effects),
         fmt::format("{:.2f}", o.plan.explanations[i].probability),
-        o.judged ? fmt::format("{:.2f}", o.judged->probability[i]) : "-");
+        o.test.judged ? fmt::format("{:.2f}", o.test.judged->probability[i]) : "-");
   }
   body += fmt::format("</table>\n<figure>{}</figure>\n<figure>{}</figure>\n", chart_svg(chart),
                       chart_svg(output));
@@ -344,13 +259,14 @@ record::Record csv_of(const TestRecord& test) {
 
 // Keeps the result in the daemon's journal and next to the survey.
 void keep(const PlannedTestOptions& options, const TestOutcome& o) {
+  const Decision decision = decision_of(o.plan, o.test);
   const KeptTest test{.ended = o.ended,
                       .loop = o.target,
-                      .explanations = all_names(o.plan),
+                      .explanations = names_of(o.plan),
                       .predicted = o.plan.probability_right,
-                      .decided = decided_name(o),
-                      .probability = decided_probability(o)};
-  if (!options.survey.empty()) keep_test(fs::path(options.survey) / kTestsFile, test);
+                      .decided = decision.name,
+                      .probability = decision.probability};
+  if (!options.survey.empty()) keep_test_of_survey(options.survey, test);
   if (!options.live) return;
   DaemonClient daemon(options.socket);
   protocol::ask(daemon, protocol::TestResultRequest{.loop = o.target,
@@ -401,7 +317,8 @@ json search_move(const PlannedTestOptions& options, TestOutcome& outcome, Output
           : std::max(plan.planned_at, before.at(kLookedTo).get<std::int64_t>() - again_s);
   const auto now_s = static_cast<std::int64_t>(std::time(nullptr));
   MadeTest made = find_made_test(
-      plan, read_later_records(options.record, from_s, plan.planned_at + kSlipValid_s, files),
+      plan,
+      read_later_records(options.record, from_s, plan.planned_at + protocol::kSlipValid_s, files),
       rest_s);
   if (made.move.state == estimator::MadeMove::State::made) {
     outcome.record = std::move(made.record);
@@ -410,7 +327,7 @@ json search_move(const PlannedTestOptions& options, TestOutcome& outcome, Output
   const std::string text =
       sentence(made.move, estimator::in_manual(plan.move.kind) ? "CO units" : "PV units");
   constexpr std::int64_t kOnDisk_s = 120;  // until the newest rows are on the disk
-  const bool expired = now_s > plan.planned_at + kSlipValid_s + kOnDisk_s;
+  const bool expired = now_s > plan.planned_at + protocol::kSlipValid_s + kOnDisk_s;
   json another = made.move.state == estimator::MadeMove::State::other ? json(text) : json();
   if (another.is_null() && !before.is_null()) another = before.at(kAnotherMove);
   return {{"loop", outcome.target}, {"planned_at", plan.planned_at},
@@ -440,7 +357,7 @@ std::optional<int> take_made_move(const PlannedTestOptions& options, TestOutcome
 int run_planned_test(const PlannedTestOptions& options) {
   if (options.out.empty()) require("valve-test --plan: --out");
   TestOutcome outcome;
-  outcome.plan = usable(read_test_plan(options.plan));
+  outcome.plan = usable(protocol::read_test_plan(options.plan));
   const fs::path folder = fs::path(options.plan).parent_path();
   outcome.target = options.target;
   if (outcome.target.empty()) {
@@ -462,12 +379,14 @@ int run_planned_test(const PlannedTestOptions& options) {
     plant::LoopModel model = load_model(outcome.target);
     // Faults act from the start and at full severity, because a test does not wait for them.
     for (plant::ScheduledFault& fault : model.scenario.faults) fault.schedule = {};
-    outcome.record = simulate_test(model, outcome.plan);
+    outcome.record = protocol::simulate_test(model, outcome.plan);
   }
-  outcome.ended = utc_time_text(static_cast<std::int64_t>(std::time(nullptr)));
-  outcome.swing = swing_of(outcome.record);
+  outcome.ended = protocol::utc_time_text(static_cast<std::int64_t>(std::time(nullptr)));
+  outcome.swing = protocol::swing_of(outcome.record);
   if (outcome.ended_early.empty()) {
-    judge(options, outcome);
+    outcome.test = protocol::judge_test(
+        outcome.plan, outcome.record, record::read_record(folder / outcome.plan.record),
+        load_model((folder / outcome.plan.model).string()), on_threads(threads(0)));
     keep(options, outcome);
   }
   const json result = as_json(outcome);

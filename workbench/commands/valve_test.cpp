@@ -239,8 +239,7 @@ void add_valve_test(Program& program) {
       .needs(plan);
   command
       .option("--survey", o.survey,
-              "with --plan: folder of a survey, whose tests.csv receives "
-              "the result")
+              "with --plan: folder of a survey, whose tests.csv and survey.json receive the result")
       .needs(plan);
   std::vector<std::string> names;
   for (const ValveTest test : analysis::kValveTests) names.emplace_back(analysis::to_text(test));
@@ -254,10 +253,10 @@ void add_valve_test(Program& program) {
   command.flag("--json", o.json, "print the result as JSON");
   add_background(command, o.background);
   command.footer(
-      "Live, it needs --low, --high, --pv-low and --pv-high, or --plan. It restores output, mode "
-      "and "
-      "set\npoint at every end, also after Ctrl-C. Exit code 75: ended early, or the move of "
-      "--plan is not in --record.\n"
+      "Live, it needs --low, --high, --pv-low and --pv-high, or --plan. The daemon restores "
+      "output, "
+      "mode and\nset point at every end, also 60 s after kill -9. Exit code 75: ended early, or "
+      "the move of\n--plan is not in --record.\n"
       "Examples: loopwarden valve-test FIC-101 --live --low 3 --high 5 --pv-low 2 --pv-high 8 "
       "--out "
       "test\n"

@@ -11,7 +11,7 @@
 #include <utility>
 
 #include "daemon/protocol/ask.hpp"
-#include "workbench/live/in_force.hpp"
+#include "daemon/protocol/planned_test/in_force.hpp"
 #include "workbench/live/terminal.hpp"
 
 namespace loopwarden::workbench {
@@ -56,7 +56,8 @@ std::vector<BenchRow> SimulatedBench::hold(double co, double seconds) {
 
 LiveBench::LiveBench(const std::string& socket, std::string loop, const LiveLimits& limits)
     : daemon_(socket), loop_(std::move(loop)), limits_(limits) {
-  if (const std::string why = not_in_force(daemon_, loop_); !why.empty()) throw TestAborted(why);
+  if (const std::string why = protocol::not_in_force(daemon_, loop_); !why.empty())
+    throw TestAborted(why);
   const protocol::LoopStatus before = status();
   const protocol::Cycle cycle = before.cycle.value_or(protocol::Cycle{.fault = "?"});
   sample_time_s_ = before.sample_time_s;
@@ -79,9 +80,10 @@ LiveBench::LiveBench(const std::string& socket, std::string loop, const LiveLimi
   watch_interrupts();
   next_period_ = cycle.period + 1;
   due_period_ = next_period_;
+  if (!limits_.session) in_test([&] { test_.emplace(daemon_, loop_, terms()); });
   taken_ = true;
   try {
-    order({.mode = "man"});
+    if (!test_) order({.mode = "man"});
     if (!order_taken()) throw TestAborted(loop_ + " does not go to manual");
   } catch (const std::exception&) {
     // The daemon may have taken the command although its answer was lost. A constructor that throws
@@ -89,6 +91,17 @@ LiveBench::LiveBench(const std::string& socket, std::string loop, const LiveLimi
     put_back();
     throw;
   }
+}
+
+protocol::TestTerms LiveBench::terms() const {
+  constexpr double kLongest_s = 8.0 * 3600.0;  // as the daemon's
+  return {.pv = {limits_.pv_low, limits_.pv_high},
+          .co = {limits_.co_low, limits_.co_high},
+          .moved = {limits_.co_low, limits_.co_high},
+          .manual = true,
+          .any_size = true,
+          .longest_s = kLongest_s,
+          .plan = fmt::format("output {:.5g} to {:.5g}", limits_.co_low, limits_.co_high)};
 }
 
 control::Action LiveBench::action_in_force() {
@@ -128,7 +141,11 @@ protocol::LoopStatus LiveBench::status() {
 std::vector<BenchRow> LiveBench::hold(double co, double seconds) {
   const double wanted = std::clamp(co, limits_.co_low, limits_.co_high);
   if (!sent_ || wanted != last_sent_) {
-    order_output(wanted);
+    if (test_) {
+      move(wanted);
+    } else {
+      order_output(wanted);
+    }
     last_sent_ = wanted;
     sent_ = true;
   }
@@ -158,16 +175,63 @@ std::vector<BenchRow> LiveBench::hold(double co, double seconds) {
                                       limits_.pv_low, limits_.pv_high));
       }
     }
-    const protocol::LoopStatus now = status();
-    if (requested_mode(now) != "MAN") {
-      given_up_ = true;
-      throw TestAborted("another user changed the mode from manual");
-    }
-    if (has_fault(now)) throw TestAborted("the loop has a fault: " + now.cycle->fault);
+    look_after_loop();
     std::this_thread::sleep_for(
         std::chrono::duration<double>(std::clamp(0.5 * sample_time_s_ / accelerate_, 0.005, 0.1)));
   }
   return rows;
+}
+
+// Throws TestAborted if the test must not go on.
+void LiveBench::look_after_loop() {
+  if (test_) {
+    in_test([&] { test_->alive(); });
+    return;
+  }
+  const protocol::LoopStatus now = status();
+  if (requested_mode(now) != "MAN") {
+    given_up_ = true;
+    throw TestAborted("another user changed the mode from manual");
+  }
+  if (has_fault(now)) throw TestAborted("the loop has a fault: " + now.cycle->fault);
+}
+
+// A refusal of the daemon ends the test.
+void LiveBench::in_test(const std::function<void()>& request) {
+  try {
+    request();
+  } catch (const DaemonRefused& e) {
+    throw TestAborted(e.what());
+  }
+}
+
+void LiveBench::move(double co) {
+  using Clock = std::chrono::steady_clock;
+  const auto patience = std::chrono::duration<double>(3.0 * sample_time_s_ / accelerate_ + 5.0);
+  const auto deadline = Clock::now() + patience;
+  bool moved = false;
+  while (!moved) {
+    in_test([&] { moved = test_->move(co); });
+    if (moved) return;
+    if (Clock::now() > deadline) throw TestAborted(loop_ + " does not take its output");
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+}
+
+// The daemon restores the loop, unless somebody took it to manual.
+void LiveBench::end_test() {
+  try {
+    test_->end();
+  } catch (const DaemonRefused&) {  // the daemon has ended it
+  }
+  if (!protocol::wait_released(daemon_, loop_, [] { return false; })) {
+    throw std::runtime_error("the daemon has not released it yet. See `loopwarden top`");
+  }
+  const protocol::LoopStatus now = status();
+  const bool restored = requested_mode(now) == (was_automatic_ ? "AUTO" : "MAN");
+  say(restored ? fmt::format("{}: output returned to {:.4g}, mode {}\n", loop_, start_,
+                             was_automatic_ ? "auto" : "man")
+               : fmt::format("{}: taken to manual by another user, unchanged\n", loop_));
 }
 
 void LiveBench::order(protocol::SetRequest request) {
@@ -222,7 +286,9 @@ void LiveBench::put_back() noexcept {
   if (!taken_ || given_up_) return;
   const char* const mode = was_automatic_ ? "auto" : "man";
   try {
-    if (restore()) {
+    if (test_) {
+      end_test();
+    } else if (restore()) {
       say(fmt::format("{}: output returned to {:.4g}, mode {}\n", loop_, start_, mode));
     } else {
       say(fmt::format("{}: no longer in manual, unchanged\n", loop_));

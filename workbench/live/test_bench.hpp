@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "daemon/protocol/planned_test/test_session.hpp"
 #include "model/plant/plant.hpp"
 #include "workbench/live/daemon_client.hpp"
 
@@ -67,19 +68,22 @@ class SimulatedBench : public TestBench {
 };
 
 struct LiveLimits {
-  double co_low, co_high;                  // CO units
-  double pv_low, pv_high;                  // PV units; the test ends outside of them
-  std::optional<std::uint64_t> session{};  // the commissioning session that holds the loop
+  double co_low, co_high;  // CO units
+  double pv_low, pv_high;  // PV units; the test ends outside of them
+  // The commissioning session that holds the loop; otherwise the bench begins a test of the daemon.
+  std::optional<std::uint64_t> session{};
   // Called repeatedly during the test. A text ends the test with that reason; empty: continue.
   std::function<std::string()> watch{};
   // Called if the loop could not be restored.
   std::function<void()> not_put_back{};
 };
 
-// Takes the loop to manual. The destructor restores the output, then mode and set point. It does so
-// however the test ends: a limit of PV, Ctrl-C, SIGTERM, SIGHUP or an error. If somebody else took
-// the loop out of manual, the destructor leaves the loop as it is. Limit: after kill -9 of the
-// workbench, the loop stays in manual at the last output of the test.
+// Takes the loop to manual, in a test of the daemon. However the test ends, the daemon restores
+// output, mode and set point, also 60 s after kill -9 of the workbench. If somebody else takes the
+// loop to manual, it stays there.
+//
+// In a commissioning session the destructor restores the loop, unless somebody else took it out of
+// manual; after kill -9 the daemon takes the stop action.
 class LiveBench : public TestBench {
  public:
   // Throws TestAborted if the loop is not fit for a test or its file is not in force,
@@ -100,6 +104,11 @@ class LiveBench : public TestBench {
   control::Action action_in_force();
   // Waits until the loop takes our command for manual. Returns false if it did not in time.
   bool order_taken();
+  protocol::TestTerms terms() const;
+  void look_after_loop();
+  void in_test(const std::function<void()>& request);
+  void move(double co);  // throws TestAborted
+  void end_test();
   void order(protocol::SetRequest request);
   void order_output(double co);  // throws TestAborted
   bool out_of_manual();
@@ -110,6 +119,7 @@ class LiveBench : public TestBench {
   DaemonClient daemon_;
   std::string loop_;
   LiveLimits limits_;
+  std::optional<protocol::TestSession> test_;  // without a session in the limits
   double sample_time_s_ = 0.1;
   double accelerate_ = 1.0;
   control::Action action_ = control::Action::reverse;

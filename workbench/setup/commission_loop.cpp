@@ -11,7 +11,7 @@
 #include "base/exit_code.hpp"
 #include "daemon/protocol/ask.hpp"
 #include "workbench/files/output_files.hpp"
-#include "workbench/live/in_force.hpp"
+#include "daemon/protocol/planned_test/in_force.hpp"
 #include "workbench/live/test_bench.hpp"
 #include "workbench/setup/setup.hpp"
 
@@ -135,10 +135,11 @@ std::string what_waits(const Setup& setup) {
   try {
     DaemonClient daemon(setup.socket);
     const std::string text = text_of_file(setup.loop_file());
-    if (std::string why = not_in_force(daemon, setup.tag, base::crc32(text)); !why.empty()) {
+    if (std::string why = protocol::not_in_force(daemon, setup.tag, base::crc32(text));
+        !why.empty()) {
       return why;
     }
-    if (std::string why = box_not_in_force(daemon); !why.empty()) return why;
+    if (std::string why = protocol::box_not_in_force(daemon); !why.empty()) return why;
     const fs::path twin = setup.loop().monitor.twin;
     const std::int64_t started_ms = protocol::ask(daemon, protocol::DescribeRequest{}).started_ms;
     if (!twin.empty() && written_ms(twin) > started_ms) {

@@ -9,7 +9,7 @@
 
 #include "base/digest/digest.hpp"
 #include "daemon/protocol/ask.hpp"
-#include "workbench/live/in_force.hpp"
+#include "daemon/protocol/planned_test/in_force.hpp"
 #include "workbench/live/terminal.hpp"
 
 namespace loopwarden::workbench::setup {
@@ -24,7 +24,7 @@ protocol::LoopStatus status_of(DaemonClient& daemon, const std::string& tag) {
 
 void check_in_force(const Setup& setup, DaemonClient& daemon) {
   const std::string why =
-      not_in_force(daemon, setup.tag, base::crc32(text_of_file(setup.loop_file())));
+      protocol::not_in_force(daemon, setup.tag, base::crc32(text_of_file(setup.loop_file())));
   if (!why.empty()) throw TestAborted(why);
 }
 

@@ -9,7 +9,7 @@
 
 #include "base/digest/digest.hpp"
 #include "daemon/protocol/ask.hpp"
-#include "workbench/live/in_force.hpp"
+#include "daemon/protocol/planned_test/in_force.hpp"
 #include "workbench/setup/moving.hpp"
 #include "workbench/setup/setup.hpp"
 
@@ -20,7 +20,7 @@ namespace {
 std::string not_running(const Setup& setup) {
   try {
     DaemonClient daemon(setup.socket);
-    return not_in_force(daemon, setup.tag, base::crc32(text_of_file(setup.loop_file())));
+    return protocol::not_in_force(daemon, setup.tag, base::crc32(text_of_file(setup.loop_file())));
   } catch (const std::exception& e) {
     return fmt::format("{}. Start the daemon (`systemctl enable --now loopwardend`).", e.what());
   }

@@ -15,6 +15,7 @@
 #include "workbench/records/record_input.hpp"
 #include "workbench/survey/join.hpp"
 #include "workbench/survey/survey_page.hpp"
+#include "workbench/survey/test_log.hpp"
 #include "workbench/text/import_json.hpp"
 
 namespace loopwarden::workbench {
@@ -247,6 +248,7 @@ json write_survey(const std::vector<fs::path>& folders, const fs::path& out,
                   read_outcomes(outcomes.empty() ? out / kOutcomesFile : outcomes), how.site);
   survey["worklist"] = worklist(survey, how.costs, how.weights);
   survey["costs"] = costs_json(how.costs);
+  tell_tests(survey, read_tests(out / kTestsFile));
   OutputFiles files;
   files.make_folder(out);
   write_survey_pages(survey, out, files);

@@ -13,6 +13,8 @@
 #include "base/text.hpp"
 #include "record/import/number_text.hpp"
 #include "workbench/files/csv_log.hpp"
+#include "workbench/files/output_files.hpp"
+#include "workbench/survey/changes.hpp"
 #include "workbench/text/csv_text.hpp"
 
 namespace loopwarden::workbench {
@@ -26,6 +28,15 @@ constexpr std::array kTestColumns{"ended",     "loop",    "explanations",
 struct TestColumn {
   enum Place : std::size_t { ended, loop, explanations, predicted, decided, probability };
 };
+
+json test_json(const KeptTest& t) {
+  return {{"ended", t.ended},
+          {"loop", t.loop},
+          {"explanations", t.explanations},
+          {"predicted", t.predicted},
+          {"decided", t.decided.empty() ? json() : json(t.decided)},
+          {"probability", t.decided.empty() ? json() : json(t.probability)}};
+}
 
 }  // namespace
 
@@ -64,6 +75,26 @@ void keep_test(const std::filesystem::path& path, const KeptTest& test) {
                               csv_cell(test.decided), test.probability));
 }
 
+void tell_tests(json& survey, const std::vector<KeptTest>& tests) {
+  for (json& loop : survey.at("loops")) {
+    json& told = loop["tests"] = json::array();
+    for (const KeptTest& test : tests) {
+      if (loop.at("tag") == test.loop) told.push_back(test_json(test));
+    }
+  }
+}
+
+void keep_test_of_survey(const std::filesystem::path& folder, const KeptTest& test) {
+  keep_test(folder / kTestsFile, test);
+  const std::filesystem::path file = folder / "survey.json";
+  if (!std::filesystem::exists(file)) return;
+  json survey = read_survey(file);
+  tell_tests(survey, read_tests(folder / kTestsFile));
+  OutputFiles files;
+  files.add(file, survey.dump(1) + "\n");
+  files.commit();
+}
+
 std::vector<ScoreOfTenth> score_of(const std::vector<KeptTest>& tests) {
   constexpr std::size_t kTenths = 10;
   std::vector<ScoreOfTenth> tenths(kTenths);
@@ -84,14 +115,7 @@ std::vector<ScoreOfTenth> score_of(const std::vector<KeptTest>& tests) {
 
 json score_json(const std::vector<KeptTest>& tests) {
   json told = {{"tests", json::array()}, {"score", json::array()}};
-  for (const KeptTest& t : tests) {
-    told["tests"].push_back({{"ended", t.ended},
-                             {"loop", t.loop},
-                             {"explanations", t.explanations},
-                             {"predicted", t.predicted},
-                             {"decided", t.decided.empty() ? json() : json(t.decided)},
-                             {"probability", t.decided.empty() ? json() : json(t.probability)}});
-  }
+  for (const KeptTest& t : tests) told["tests"].push_back(test_json(t));
   for (const ScoreOfTenth& t : score_of(tests)) {
     told["score"].push_back({{"from", t.low},
                              {"to", t.high},

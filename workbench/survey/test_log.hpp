@@ -27,6 +27,12 @@ inline constexpr const char* kTestsFile = "tests.csv";
 std::vector<KeptTest> read_tests(const std::filesystem::path& path);
 void keep_test(const std::filesystem::path& path, const KeptTest& test);
 
+// Sets `tests` of each loop of a survey.
+void tell_tests(nlohmann::json& survey, const std::vector<KeptTest>& tests);
+// Stores the test in tests.csv of a survey's folder, and lists it in survey.json if there is one.
+// Throws CommandError.
+void keep_test_of_survey(const std::filesystem::path& folder, const KeptTest& test);
+
 // Tests of one tenth of predicted probability.
 struct ScoreOfTenth {
   double low = 0.0, high = 0.0;  // of the predicted probability

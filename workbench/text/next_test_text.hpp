@@ -7,9 +7,13 @@
 #include <vector>
 
 #include "model/gap/result.hpp"
-#include "workbench/files/test_plan_file.hpp"
+#include "daemon/protocol/planned_test/test_plan_file.hpp"
 
 namespace loopwarden::workbench {
+
+using protocol::PlannedExplanation;
+using protocol::TestPlanFile;
+using protocol::write_test_plan;
 
 // "stiction or square disturbance"
 std::string competing_names(const gap::NextTest& test);

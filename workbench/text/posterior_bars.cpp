@@ -7,16 +7,6 @@
 
 namespace loopwarden::workbench {
 
-std::string title_of(const std::vector<std::string>& effects) {
-  if (effects.empty()) return "nothing missing";
-  std::string title;
-  for (const std::string& name : effects) {
-    const std::string words = name == "unnamed" ? "an unknown effect" : base::in_words(name);
-    title += (title.empty() ? "" : " + ") + words;
-  }
-  return title;
-}
-
 std::vector<Bar> posterior_bars(const std::vector<gap::Probability>& posterior, std::size_t most) {
   std::vector<Bar> bars;
   Bar others{"others", 0.0, false};

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "daemon/protocol/planned_test/test_plan_file.hpp"
 #include "model/gap/result.hpp"
 
 namespace loopwarden::workbench {
@@ -16,8 +17,7 @@ struct Bar {
   bool named = true;  // effects of the catalogue
 };
 
-// "stiction + gain change"; "nothing missing" without effects.
-std::string title_of(const std::vector<std::string>& effects);
+using protocol::title_of;
 
 // Returns the `most` likeliest hypotheses, then the others as one bar, then the bar for no name of
 // the catalogue, whose probability may be 0. Empty for an empty posterior.

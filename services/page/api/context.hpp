@@ -13,6 +13,7 @@
 #include "services/page/history/history.hpp"
 #include "services/page/ldap/log_ins.hpp"
 #include "services/page/fleet/fleet.hpp"
+#include "services/page/planned_test/test_runner.hpp"
 #include "services/net/http/assets.hpp"
 #include "services/net/http/message.hpp"
 #include "services/net/http/server.hpp"
@@ -36,6 +37,7 @@ struct Context {
   ldap::LogIns* ldap;  // null: not configured in page.yaml
   history::History& history;
   files::ReportStore& reports;
+  planned_test::TestRunner& tests;
   fleet::Fleet* fleet;  // null: not configured in page.yaml
   std::function<http::Response(const http::Request&)> site;
   std::function<http::Counters()> counters;

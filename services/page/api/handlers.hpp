@@ -39,6 +39,10 @@ http::Response tune(Context& context, const Call& call);
 // tuning.cpp
 http::Response proposed_gains(Context& context, const Call& call);
 
+// planned_test.cpp
+http::Response planned_test(Context& context, const Call& call);
+http::Response act_on_test(Context& context, const Call& call);
+
 // past.cpp
 http::Response past(Context& context, const Call& call);
 http::Response past_csv(Context& context, const Call& call);

@@ -50,6 +50,7 @@ constexpr std::array kRoutes{
     Route{Of::box, Method::get, "api/loops/*/history.csv", Pool::disk, Role::viewer, past_csv},
     Route{Of::box, Method::get, "api/loops/*/alarms", Pool::daemon, Role::viewer, loop_alarms},
     Route{Of::box, Method::get, "api/loops/*/tuning", Pool::disk, Role::engineer, proposed_gains},
+    Route{Of::box, Method::get, "api/loops/*/test", Pool::disk, Role::viewer, planned_test},
     Route{Of::box, Method::get, "api/loops/*/alarms/*", Pool::daemon, Role::viewer, loop_alarm},
     Route{Of::box, Method::get, "api/loops/*/reports", Pool::disk, Role::viewer, loop_reports},
     Route{Of::box, Method::get, "api/journal", Pool::daemon, Role::viewer, journal},
@@ -70,6 +71,7 @@ constexpr std::array kRoutes{
           ask_for_report},
     Route{Of::box, Method::post, "api/loops/*/order", Pool::orders, Role::operator_, order},
     Route{Of::box, Method::post, "api/loops/*/tuning", Pool::orders, Role::engineer, tune},
+    Route{Of::box, Method::post, "api/loops/*/test", Pool::orders, Role::operator_, act_on_test},
 };
 
 bool matches(std::string_view pattern, std::span<const std::string> path) {

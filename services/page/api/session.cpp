@@ -49,6 +49,8 @@ json session_json(Context& context, const Identity& who) {
             {"control", acts && state && state->about.page.control && context.settings.control},
             {"tuning", who.role == Role::engineer && context.settings.control && state &&
                            state->about.page.tuning},
+            {"tests", who.role == Role::engineer && context.settings.control && state &&
+                          state->about.page.tests},
             {"reports", who.role >= Role::engineer && state && state->about.page.reports}}},
           {"box", context.settings.box},
           {"fleet", context.fleet != nullptr},

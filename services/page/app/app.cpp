@@ -91,6 +91,7 @@ class App {
                   ? std::make_unique<ldap::Worker>(ldap::Server(*settings.ldap), users_, sessions_)
                   : nullptr),
         reports_(settings.state_directory),
+        tests_(daemon_, orders_),
         fleet_(settings.fleet ? fleet::load_fleet(*settings.fleet) : nullptr),
         hosts_(hosts_of(settings)),
         router_(api::Context{.settings = settings_,
@@ -105,6 +106,7 @@ class App {
                              .ldap = ldap_.get(),
                              .history = history_,
                              .reports = reports_,
+                             .tests = tests_,
                              .fleet = fleet_.get(),
                              .site = [this](const http::Request& r) { return answer_of_site(r); },
                              .counters = [this] { return server_.counters(); }}),
@@ -128,7 +130,8 @@ class App {
     sd_notify(0, "STOPPING=1");
     box_.stop();
     // Its thread still uses objects that the destructors would destroy.
-    if (ldap_ && !ldap_->stop_for(kPatienceAtEnd)) ::_exit(kExitOk);
+    const bool tests_ended = tests_.stop_for(kPatienceAtEnd);
+    if (!tests_ended || (ldap_ && !ldap_->stop_for(kPatienceAtEnd))) ::_exit(kExitOk);
     return kExitOk;
   }
 
@@ -195,6 +198,7 @@ class App {
   std::unique_ptr<ldap::Worker> ldap_;
   history::History history_;
   files::ReportStore reports_;
+  planned_test::TestRunner tests_;
   std::unique_ptr<fleet::Fleet> fleet_;
   api::HostNames hosts_;
   api::Router router_;

@@ -173,6 +173,16 @@ const en = {
     agrees: 'Agrees with the alarm', alternatives: 'Could also be', remedy: 'Action', nextTest: 'Next test', since: 'Since', before: '{long} before the alarm',
     of: 'Explained {time}, for alarm {alarm}', report: 'Report of the twin', finalName: 'The alarm was renamed to', sizeWithin: '{size} ({low} to {high}) of the CO span',
   },
+  test: {
+    carryOut: 'Carry out the test …', title: 'Test of {tag}', move: 'Move', setPoint: 'In automatic, SP moves by {size} {unit} from {from} {unit} and back ({kind})', output: 'In manual, the output moves by {size} {unit} from {from} {unit} and back ({kind})',
+    moves: {set_point_pair: 'one step there, one back', set_point_reversal: 'there, to the other side, and back', set_point_stairs: 'three steps there, three back', set_point_ramp: 'there and back at one rate', output_pair: 'one step there, one back', output_reversal: 'there, to the other side, and back', output_stairs: 'three steps there, three back', output_ramp: 'there and back at one rate'},
+    lasts: 'Duration', worst: 'Expected at most', swings: 'PV moves by {pv}, the output by {co}', range: '{low} to {high} {unit}', ends: 'Ends at once', limits: 'if PV leaves {pv} or the output leaves {co}; at a process alarm, a fault or a change of mode; with Stop',
+    after: 'Then', back: 'the set point from before, in automatic', backManual: 'mode, set point and output from before', chance: 'Decides', chances: 'rightly with {right}, wrongly with {wrong}', planned: 'Planned',
+    outcomes: 'What each outcome means', outcome: '{name} ({now} now)', undecided: 'undecided', stays: 'The loop stays as it is.', confirm: 'The valve moves, and PV changes. Ask the operator of the process first. Keep this page open: the test ends if nobody has followed it here for 60 s.',
+    type: 'Type {tag} to start', start: 'Start the test of {tag}', otherTag: 'This is not the tag of the loop.', begun: '{tag}: the test has been requested.', stop: 'Stop the test',
+    phases: {moving: 'Test by {who}: {time} of {whole}.', restoring: 'The daemon restores the loop.', judging: 'The test is being judged.'}, endedEarly: 'The test ended early: {why}.', restored: 'The loop is as before.', notRestored: 'The daemon has not released the loop yet.',
+    needsEngineer: 'To carry out the test, log in as an engineer.', off: 'Tests from this page are off (loopwardend.yaml: page: tests).',
+  },
   calm: {
     action: 'Corrective action', moves: 'Planned moves', couldBe: 'Planned moves could keep this loop steady until the valve is repaired (monitor.corrective_action).',
     states: {off: 'off', waiting: 'waiting for an alarm', offered: 'planned moves offered', 'in shadow': 'planned moves in shadow mode, first for ten minutes', trying: 'active, on trial',

@@ -202,6 +202,25 @@ TEST_CASE("gains that no file could have, or that are not allowed, are refused")
   CHECK(bench.commands().empty());
 }
 
+TEST_CASE("only page.sock has the right to test, and only if it is granted") {
+  Bench bench({.page = {.tuning = true}, .edge = {.control = true}});
+  bench.run(2);
+  for (const char* request : {"commissioning", "test_result", "reload", "reload_state"}) {
+    const auto error = [&](console::SocketName socket) {
+      return bench.ask(json{{"request", request}, {"loop", "FIC-101"}}.dump(), socket)
+          .value("error", "");
+    };
+    CHECK_THAT(error(console::SocketName::page), Catch::Contains("needs page: {tests: true}"));
+    CHECK_THAT(error(console::SocketName::edge), Catch::Contains("page.sock where allowed"));
+  }
+  bench.server->set_rights({.page = {.tests = true}, .edge = {}});
+  const json result{{"request", "test_result"}, {"loop", "FIC-101"}, {"explanations", "a or b"},
+                    {"decided", "a"},           {"user", "ella"},    {"predicted", 0.9},
+                    {"probability", 0.97}};
+  CHECK(bench.ask(result.dump(), console::SocketName::page).at("ok") == true);
+  CHECK(bench.lines(1)[0].at("peer") == "ella by page (uid 1000)");
+}
+
 TEST_CASE("manual and an output in one command: both, in one cycle, and both are in the journal") {
   Bench bench;
   bench.run(2);

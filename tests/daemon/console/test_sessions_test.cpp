@@ -117,6 +117,55 @@ TEST_CASE("the holder learns why its test has ended") {
   CHECK(loop.set_point() == 50.0);
 }
 
+TEST_CASE("a valve test without a plan moves far, and is restored if the workbench dies") {
+  TestedLoop loop;
+  const double before = loop.row().co;
+  json terms = loop.terms(30.0, true);
+  terms["pv"] = {-10.0, 110.0};
+  terms["longest_s"] = 7200.0;
+  CHECK(has(error_of(loop.request({{"test", terms}})), "outside of its range"));
+  terms["any_size"] = true;
+  const console::Sender page{console::SocketName::page, "page"};
+  CHECK(has(error_of(loop.request({{"test", terms}}, page)), "control.sock alone"));
+  loop.alarm(alarm::AlarmKind::deviation, true);
+  const json begun = loop.request({{"test", terms}});
+  REQUIRE(begun.at("ok") == true);
+  const std::uint64_t session = begun.at("session");
+  loop.run_for(1.0);
+  REQUIRE(loop.request({{"session", session}, {"move", before - 25.0}}).at("ok") == true);
+  loop.run_for(20.0);
+  CHECK(loop.row().co == Approx(before - 25.0));
+  CHECK(has(error_of(loop.request({{"session", session}, {"move", before - 30.1}})), "outside"));
+  loop.run_for(35.0);
+  CHECK(loop.mode() == Mode::manual);
+  // From here on the workbench has been silent for 60 s: the last move was at 1 s.
+  loop.run_for(30.0);
+  CHECK(loop.released());
+  CHECK(loop.mode() == Mode::automatic);
+  CHECK(loop.set_point() == 50.0);
+}
+
+TEST_CASE("the page only tests, and the loop is restored if it dies") {
+  TestedLoop loop;
+  const console::Sender page{console::SocketName::page, "ella@10.0.0.5 by page (uid 997)"};
+  CHECK(has(error_of(loop.request({}, page)), "except for a test"));
+  CHECK(has(error_of(loop.request({{"request", "reload"}}, page)), "except with dry_run"));
+  const json begun = loop.request({{"test", loop.terms(1.5, false)}}, page);
+  REQUIRE(begun.at("ok") == true);
+  const std::uint64_t session = begun.at("session");
+  REQUIRE(loop.request({{"session", session}, {"move", 51.5}}, page).at("ok") == true);
+  loop.run_for(50.0);
+  CHECK(loop.set_point() == 51.5);
+  loop.run_for(15.0);
+  CHECK(loop.released());
+  CHECK(loop.mode() == Mode::automatic);
+  CHECK(loop.set_point() == 50.0);
+  const json lines = loop.ask(R"({"request": "journal", "kind": "test"})").at("lines");
+  REQUIRE(lines.size() == 2);
+  CHECK(lines[0].at("reason") == "no sign of life for 60 s");
+  CHECK(lines[1].at("peer") == page.peer);
+}
+
 TEST_CASE("the result of a test is in the journal with its prediction") {
   TestedLoop loop;
   const json asked{

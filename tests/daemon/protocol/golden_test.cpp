@@ -26,7 +26,7 @@ using console_bench::Bench;
 using console_bench::json;
 
 const console::Rights kAll{
-    .page = {.alarms = true, .control = true, .tuning = true, .reports = true},
+    .page = {.alarms = true, .control = true, .tuning = true, .reports = true, .tests = true},
     .edge = {.alarms = true, .control = true}};
 
 std::string line_of(Bench& bench, const json& request, SocketName socket) {

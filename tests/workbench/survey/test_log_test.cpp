@@ -2,6 +2,7 @@
 #include "workbench/survey/test_log.hpp"
 
 #include <catch2/catch.hpp>
+#include <nlohmann/json.hpp>
 
 #include "tests/support/temporary_folder.hpp"
 #include "tests/support/text.hpp"
@@ -43,6 +44,30 @@ TEST_CASE("tests are kept next to a survey, and scored by tenths of the predicti
 
   tests::write_file(path, tests::read_file(path) + "x,y,z,2,,0\n");
   CHECK_THROWS_AS(read_tests(path), CommandError);
+}
+
+TEST_CASE("a survey lists the tests of each loop") {
+  const tests::TemporaryFolder folder;
+  tests::write_file(folder / "survey.json",
+                    R"({"loops": [{"tag": "FIC-101", "rank": 1}, {"tag": "FIC-102"}]})");
+  const KeptTest test{.ended = "2026-11-29T00:42:20Z",
+                      .loop = "FIC-101",
+                      .explanations = "stiction or backlash",
+                      .predicted = 0.92,
+                      .decided = "stiction",
+                      .probability = 0.99};
+  keep_test_of_survey(folder.path(), test);
+  keep_test_of_survey(folder.path(), test);
+  const auto loops = nlohmann::json::parse(tests::read_file(folder / "survey.json")).at("loops");
+  REQUIRE(loops[0].at("tests").size() == 2);
+  CHECK(loops[0].at("tests")[1].at("decided") == "stiction");
+  CHECK(loops[0].at("rank") == 1);
+  CHECK(loops[1].at("tests").empty());
+  // Without a survey, only the log is kept.
+  const tests::TemporaryFolder other;
+  keep_test_of_survey(other.path(), test);
+  CHECK(read_tests(other / kTestsFile).size() == 1);
+  CHECK_FALSE(std::filesystem::exists(other / "survey.json"));
 }
 
 }  // namespace loopwarden::workbench::test_log_test

@@ -17,6 +17,7 @@ import {wall} from '../lib/shell.js';
 import {alarmNow, alarmTable, calmPart, commissioningText, conditionTable, explanationPart, healthTable, judgesOf, measureTable, twinFacts, twinPart, windowTable} from './loop_parts.js';
 import {act, operator, order} from './acting.js';
 import {reportOf} from './reports.js';
+import {testPart} from './planned_test.js';
 import {tuningPart} from './tuning.js';
 import {actsOf, modeOf, ne107Of, signOf} from '../lib/state.js';
 import {fill, texts} from '../texts.js';
@@ -269,8 +270,9 @@ export async function show(main, {parts: [tag = ''], options}, scope) {
   const places = Object.fromEntries(['condition', 'measures', 'windows', 'health', 'explanation', 'twin', 'alarms'].map((name) => [name, el('div', {class: 'told'}, el('p', {class: 'nothing'}, texts.loading))]));
   places.calm = el('div', {class: 'told'});
   const tuning = loop.control === 'elsewhere' ? null : tuningPart(loop, scope, uPlot);
+  const test = loop.twin && loop.control !== 'elsewhere' ? testPart(loop, scope) : null;
   main.append(el('div', {class: 'loop-top'}, faceplate.node, trend.node),
-    el('div', {class: 'loop-rest'}, el('div', {class: 'stack'}, trend.phase, panel(t.explanation, places.explanation, reports.receipt, places.calm), loop.twin ? foldingPanel(t.twin, places.twin) : null), foldingPanel(t.measures, places.measures), foldingPanel(t.health, places.health),
+    el('div', {class: 'loop-rest'}, el('div', {class: 'stack'}, trend.phase, panel(t.explanation, places.explanation, reports.receipt, test?.node ?? null, places.calm), loop.twin ? foldingPanel(t.twin, places.twin) : null), foldingPanel(t.measures, places.measures), foldingPanel(t.health, places.health),
       tuning ? across(texts.tuning.title, tuning.node) : null, across(t.processAlarms, places.alarms), across(t.condition, places.condition), across(t.windows, places.windows), across(texts.asked.title, reports.node)));
   scope.on(window, 'beforeprint', () => main.querySelectorAll('.folding').forEach((one) => { one.open = true; }));
   const i = live.places.get(tag);

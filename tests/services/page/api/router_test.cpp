@@ -43,8 +43,11 @@ TEST_CASE("without users everybody on this host can view and not write") {
   CHECK(session["user"].is_null());
   CHECK(session["login"] == false);
   CHECK(session["must_login"] == false);
-  CHECK(session["can"] ==
-        json{{"alarms", false}, {"control", false}, {"tuning", false}, {"reports", false}});
+  CHECK(session["can"] == json{{"alarms", false},
+                               {"control", false},
+                               {"tuning", false},
+                               {"reports", false},
+                               {"tests", false}});
   CHECK(rig.answer(rig.post_as("", kAlarm, kAcknowledge)).status == 403);
   CHECK(rig.orders.asked.empty());
   request.peer_is_loopback = false;

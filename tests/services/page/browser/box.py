@@ -64,7 +64,7 @@ class Box:
         self.state.mkdir()
         (self.folder / "config/loopwardend.yaml").write_text(
             f"accelerate: {accelerate}\nreal_time: {{lock_memory: false}}\nruntime_directory: {self.folder}\nstate_directory: {self.state}\n"
-            f"page: {{alarms: true, control: {str(control).lower()}, tuning: {str(control).lower()}, reports: true}}\n", encoding="utf-8")
+            f"page: {{alarms: true, control: {str(control).lower()}, tuning: {str(control).lower()}, reports: true, tests: {str(control).lower()}}}\n", encoding="utf-8")
         self._write_loops(healthy, recording, twin, sticking)
         self.config = self.folder / "page.yaml"
         more = f"users: {self.folder}/users\n" if users else ""

@@ -41,7 +41,7 @@ test('every requested file is in the program', () => {
 // Groups with members that are looked up by names from the daemon. The page lists these names or
 // accepts any name.
 const BY_NAME = new Set(['roles', 'stale', 'modes', 'modesLong', 'faults', 'quality', 'ne107', 'acts', 'alarms', 'causes', 'alarmStates', 'haste', 'priorities', 'filters', 'sorts', 'kinds', 'spans',
-  'conditions', 'verdicts', 'judged', 'valueNames', 'changes', 'states', 'judges', 'rules', 'means']);
+  'conditions', 'verdicts', 'judged', 'moves', 'phases', 'valueNames', 'changes', 'states', 'judges', 'rules', 'means']);
 
 // Returns the paths of texts used in a source, as "texts.a.b" or by its name for a group. A group
 // used with brackets ends in "[".

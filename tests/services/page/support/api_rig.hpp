@@ -124,6 +124,7 @@ class ApiRig {
             .ldap = settings.ldap ? &directory : nullptr,
             .history = history_,
             .reports = reports_,
+            .tests = tests_,
             .fleet = has_fleet ? &fleet : nullptr,
             .site = [](const http::Request&) { return http::Response(); },
             .counters = [] { return http::Counters(); }};
@@ -134,6 +135,7 @@ class ApiRig {
   page::LogInGuard guard_;
   page::history::History history_;
   page::files::ReportStore reports_{folder / "state"};
+  page::planned_test::TestRunner tests_{daemon, orders};
   std::unique_ptr<page::api::Router> router_;
 };
 

@@ -81,7 +81,7 @@ class FakeDaemon {
   std::thread thread_;
 };
 
-// Keeps the requests, without a socket.
+// Keeps the requests, without a socket. Any thread may ask.
 class SpokenDaemon final : public protocol::Daemon {
  public:
   std::function<nlohmann::json(const nlohmann::json&)> says = [](const nlohmann::json&) {
@@ -90,9 +90,13 @@ class SpokenDaemon final : public protocol::Daemon {
   std::vector<nlohmann::json> asked;
 
   nlohmann::json ask(const nlohmann::json& request) override {
+    const std::lock_guard lock(mutex_);
     asked.push_back(request);
     return says(request);
   }
+
+ private:
+  std::mutex mutex_;
 };
 
 }  // namespace loopwarden::tests

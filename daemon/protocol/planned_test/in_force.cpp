@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "workbench/live/in_force.hpp"
+#include "daemon/protocol/planned_test/in_force.hpp"
 
 #include <fmt/format.h>
 
@@ -10,34 +10,28 @@
 
 #include "daemon/protocol/ask.hpp"
 
-namespace loopwarden::workbench {
+namespace loopwarden::protocol {
 namespace {
-
-using protocol::KeyChange;
-using protocol::LoopPlan;
-using protocol::ReloadOutcome;
 
 constexpr const char* kReload = "Run `loopwarden reload`.";
 constexpr const char* kRestart =
     "Restart the daemon (`systemctl restart loopwardend`). Until it runs again, every loop is in "
     "its stop action.";
 
-std::optional<ReloadOutcome> dry_run(protocol::Daemon& daemon) {
+std::optional<ReloadOutcome> dry_run(Daemon& daemon) {
   using Clock = std::chrono::steady_clock;
   constexpr std::chrono::seconds kPatience{10};  // for the daemon's disk
   const auto until = Clock::now() + kPatience;
-  const std::uint64_t number =
-      protocol::ask(daemon, protocol::ReloadRequest{.dry_run = true}).reload;
+  const std::uint64_t number = ask(daemon, ReloadRequest{.dry_run = true}).reload;
   for (;;) {
-    protocol::ReloadState now =
-        protocol::ask(daemon, protocol::ReloadStateRequest{.reload = number});
+    ReloadState now = ask(daemon, ReloadStateRequest{.reload = number});
     if (now.outcome || Clock::now() > until) return std::move(now.outcome);
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
   }
 }
 
 // Returns whether a change is a gain that a command set, over a file that is otherwise in force.
-bool is_ordered_gain(const KeyChange& change, const std::optional<protocol::LoopGains>& gains) {
+bool is_ordered_gain(const KeyChange& change, const std::optional<LoopGains>& gains) {
   if (!gains || !gains->not_in_file) return false;
   const auto is = [&](const char* key, double file) {
     return change.key == key && change.to && *change.to == fmt::format("{}", file);
@@ -58,7 +52,7 @@ std::string in_words(const std::vector<KeyChange>& changes) {
 }
 
 // Returns the differences of a loop whose file was read, with the action to take.
-std::string difference(const LoopPlan& plan, const std::optional<protocol::LoopGains>& gains) {
+std::string difference(const LoopPlan& plan, const std::optional<LoopGains>& gains) {
   std::vector<KeyChange> by_reload = plan.applied;
   by_reload.insert(by_reload.end(), plan.waiting_for_output.begin(), plan.waiting_for_output.end());
   std::erase_if(by_reload, [&](const KeyChange& one) { return is_ordered_gain(one, gains); });
@@ -72,19 +66,21 @@ std::string difference(const LoopPlan& plan, const std::optional<protocol::LoopG
 
 }  // namespace
 
-std::optional<LoopFile> file_of_loop(protocol::Daemon& daemon, const std::string& tag) {
+std::optional<LoopFile> file_of_loop(Daemon& daemon, const std::string& tag) {
   const std::optional<ReloadOutcome> read = dry_run(daemon);
   if (!read || !read->plan) return std::nullopt;
   for (const LoopPlan& loop : read->plan->loops) {
-    if (loop.loop == tag && loop.file_hash) return LoopFile{loop.file, *loop.file_hash};
+    if (loop.loop == tag && loop.file_hash) {
+      return LoopFile{loop.file, *loop.file_hash, loop.file_time_s.value_or(0)};
+    }
   }
   return std::nullopt;
 }
 
-std::string box_not_in_force(protocol::Daemon& daemon) {
+std::string box_not_in_force(Daemon& daemon) {
   const std::optional<ReloadOutcome> read = dry_run(daemon);
   if (!read || !read->plan) return "the daemon cannot read its files. See its log.";
-  const protocol::DaemonPlan& plan = read->plan->daemon;
+  const DaemonPlan& plan = read->plan->daemon;
   if (plan.applied.empty() && plan.waiting_for_restart.empty()) return {};
   const bool restart = !plan.waiting_for_restart.empty();
   return fmt::format("{} is not in force: {}. {}", plan.file,
@@ -92,7 +88,7 @@ std::string box_not_in_force(protocol::Daemon& daemon) {
                      restart ? kRestart : kReload);
 }
 
-std::string not_in_force(protocol::Daemon& daemon, const std::string& tag,
+std::string not_in_force(Daemon& daemon, const std::string& tag,
                          std::optional<std::uint32_t> file_hash) {
   const std::optional<ReloadOutcome> read = dry_run(daemon);
   if (!read) return tag + ": the daemon has not read its files within 10 s. Check its disk.";
@@ -110,9 +106,9 @@ std::string not_in_force(protocol::Daemon& daemon, const std::string& tag,
   if (plan->decision == "gone") {
     return fmt::format("{}: the daemon runs this loop without a file. Write its file back.", tag);
   }
-  const protocol::Status status = protocol::ask(daemon, protocol::StatusRequest{});
+  const Status status = ask(daemon, StatusRequest{});
   const auto loop = std::find_if(status.loops.begin(), status.loops.end(),
-                                 [&](const protocol::LoopStatus& one) { return one.name == tag; });
+                                 [&](const LoopStatus& one) { return one.name == tag; });
   std::string differs = difference(*plan, loop == status.loops.end() ? std::nullopt : loop->gains);
   if (!differs.empty() || !file_hash) return differs;
   if (!plan->file_hash) {
@@ -126,4 +122,4 @@ std::string not_in_force(protocol::Daemon& daemon, const std::string& tag,
   return {};
 }
 
-}  // namespace loopwarden::workbench
+}  // namespace loopwarden::protocol

@@ -8,11 +8,13 @@
 #include <vector>
 
 #include "daemon/protocol/answers.hpp"
+#include "daemon/protocol/daemon_client.hpp"
+#include "daemon/protocol/requests.hpp"
 #include "model/plant/loop_model.hpp"
-#include "workbench/files/test_plan_file.hpp"
-#include "workbench/live/daemon_client.hpp"
+#include "daemon/protocol/planned_test/test_plan_file.hpp"
+#include "daemon/protocol/planned_test/test_session.hpp"
 
-namespace loopwarden::workbench {
+namespace loopwarden::protocol {
 
 // Columns of equal length, with the time before the first move.
 struct TestRecord {
@@ -28,23 +30,20 @@ TestRecord simulate_test(const plant::LoopModel& model, const TestPlanFile& plan
 
 // Returns why the plan does not fit the loop at present; empty: it does. `from`: SP or output from
 // which it would move. Throws DaemonError.
-std::string why_no_test(DaemonClient& daemon, const protocol::LoopStatus& loop,
-                        const TestPlanFile& plan);
-// Returns the daemon's status of a loop. Throws std::runtime_error if there is no such loop.
-protocol::LoopStatus loop_of_daemon(DaemonClient& daemon, const std::string& tag);
+std::string why_no_test(Daemon& daemon, const LoopStatus& loop, const TestPlanFile& plan);
 
 struct CarriedOut {
   TestRecord record;
   std::string ended_early;  // the reason; empty: to its end
-  bool restored = false;    // the daemon has released the loop
 };
 
 // `watch` is called often with the time since the first move and the newest values; a text ends the
-// test with this reason. If this process dies, the daemon restores the loop within 60 s.
+// test with this reason. If this process dies, the daemon restores the loop after 60 s. `person`:
+// who carries it out, on page.sock.
 struct TestProgress {
   double time_s, sp, pv, co;
 };
-CarriedOut carry_out(DaemonClient& daemon, const TestPlanFile& plan,
+CarriedOut carry_out(Daemon& daemon, const TestPlanFile& plan, const Person& person,
                      const std::function<std::string(const TestProgress&)>& watch);
 
-}  // namespace loopwarden::workbench
+}  // namespace loopwarden::protocol

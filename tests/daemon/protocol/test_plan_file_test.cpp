@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "workbench/files/test_plan_file.hpp"
+#include "daemon/protocol/planned_test/test_plan_file.hpp"
 
 #include <catch2/catch.hpp>
 #include <string>
 
 #include "tests/support/text.hpp"
-#include "workbench/live/planned_test.hpp"
+#include "daemon/protocol/planned_test/planned_test.hpp"
 
-namespace loopwarden::workbench::test_plan_file_test {
+namespace loopwarden::protocol::test_plan_file_test {
 namespace {
 
 const std::string kPlan = R"(loop: "FIC-101"
@@ -94,4 +94,4 @@ TEST_CASE("a simulated test moves SP, or the output in manual, as planned") {
   CHECK(*high - *low == Approx(0.15).margin(0.001));
 }
 
-}  // namespace loopwarden::workbench::test_plan_file_test
+}  // namespace loopwarden::protocol::test_plan_file_test

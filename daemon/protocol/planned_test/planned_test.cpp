@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "workbench/live/planned_test.hpp"
+#include "daemon/protocol/planned_test/planned_test.hpp"
 
 #include <fmt/format.h>
-#include <sys/stat.h>
 
 #include <algorithm>
 #include <chrono>
@@ -14,9 +13,10 @@
 
 #include "daemon/protocol/ask.hpp"
 #include "model/plant/simulated_loop.hpp"
-#include "workbench/live/in_force.hpp"
+#include "daemon/protocol/planned_test/in_force.hpp"
+#include "daemon/protocol/planned_test/test_session.hpp"
 
-namespace loopwarden::workbench {
+namespace loopwarden::protocol {
 namespace {
 
 using std::chrono::steady_clock;
@@ -24,10 +24,9 @@ using std::chrono::steady_clock;
 constexpr double kSameSp = 0.001;      // of the PV span
 constexpr double kRestAnswers = 20.0;  // answer times before the move of a simulated test
 constexpr double kRampStep = 0.02;     // of the size: steps of a ramp
-constexpr std::chrono::seconds kBetweenSigns{5};
 
 // Adds the rows of one answer. `first_period`: of the first move; 0: not known yet.
-void add_rows(TestRecord& record, const protocol::Trend& fresh, std::uint64_t& next_period,
+void add_rows(TestRecord& record, const Trend& fresh, std::uint64_t& next_period,
               std::vector<std::uint64_t>& periods) {
   for (std::size_t i = 0; i < fresh.period.size(); ++i) {
     periods.push_back(fresh.period[i]);
@@ -39,102 +38,24 @@ void add_rows(TestRecord& record, const protocol::Trend& fresh, std::uint64_t& n
   }
 }
 
-// Moves one loop in a session of the daemon.
-class TestSession {
- public:
-  TestSession(DaemonClient& daemon, const TestPlanFile& plan, double from)
-      : daemon_(daemon), plan_(plan), from_(from) {
-    const double farthest = std::abs(plan.move.size);
-    protocol::CommissioningRequest request{.loop = plan.loop};
-    protocol::TestTerms& terms = request.test.emplace();
-    terms.pv = plan.pv_limits;
-    terms.co = plan.co_limits;
-    terms.moved = {from - farthest, from + farthest};
-    terms.manual = estimator::in_manual(plan.move.kind);
-    terms.longest_s = estimator::duration_s(plan.move) + kSpare_s;
-    terms.plan = fmt::format("{}, from {:.5g}, size {:.5g}", estimator::to_text(plan.move.kind),
-                             from, plan.move.size);
-    session_ = begin(request);
-    told_ = steady_clock::now();
-    sent_ = from;
-  }
-  TestSession(const TestSession&) = delete;
-  TestSession& operator=(const TestSession&) = delete;
-  ~TestSession() {
-    try {
-      end();
-    } catch (const std::exception&) {  // the daemon ends it without a sign of life
-    }
-  }
+TestTerms terms_of(const TestPlanFile& plan, double from) {
+  constexpr double kSpare_s = 60.0;  // of the loop's time
+  const double farthest = std::abs(plan.move.size);
+  return {.pv = plan.pv_limits,
+          .co = plan.co_limits,
+          .moved = {from - farthest, from + farthest},
+          .manual = estimator::in_manual(plan.move.kind),
+          .longest_s = estimator::duration_s(plan.move) + kSpare_s,
+          .plan = fmt::format("{}, from {:.5g}, size {:.5g}", estimator::to_text(plan.move.kind),
+                              from, plan.move.size)};
+}
 
-  // Moves to where the plan is at this time, or shows a sign of life.
-  void follow(double time_s) {
-    const double to = estimator::moved(plan_.move, from_, time_s);
-    const bool there = to == sent_;
-    const bool far = std::abs(to - sent_) >= kRampStep * std::abs(plan_.move.size);
-    if (!there && (far || to == from_)) {
-      protocol::CommissioningRequest request = of_session();
-      request.move = to;
-      try {
-        protocol::ask(daemon_, request);
-      } catch (const DaemonRefused& e) {
-        if (!is_later(e)) throw;
-        return;
-      }
-      sent_ = to;
-      told_ = steady_clock::now();
-    } else if (steady_clock::now() - told_ > kBetweenSigns) {
-      protocol::ask(daemon_, of_session());
-      told_ = steady_clock::now();
-    }
-  }
-  void end() {
-    if (session_ == 0) return;
-    protocol::CommissioningRequest request = of_session();
-    request.end = true;
-    session_ = 0;
-    protocol::ask(daemon_, request);
-  }
-
- private:
-  static constexpr double kSpare_s = 60.0;  // of the loop's time
-
-  static bool is_later(const DaemonRefused& e) {
-    return std::string(e.what()).find("Try again") != std::string::npos;
-  }
-  // The daemon refuses while its newest command is not on the disk.
-  std::uint64_t begin(const protocol::CommissioningRequest& request) {
-    const auto until = steady_clock::now() + std::chrono::seconds(5);
-    for (;;) {
-      try {
-        return protocol::ask(daemon_, request).session;
-      } catch (const DaemonRefused& e) {
-        if (!is_later(e) || steady_clock::now() > until) throw;
-      }
-      std::this_thread::sleep_for(std::chrono::milliseconds(100));
-    }
-  }
-  protocol::CommissioningRequest of_session() const {
-    protocol::CommissioningRequest request{.loop = plan_.loop};
-    request.session = session_;
-    return request;
-  }
-
-  DaemonClient& daemon_;
-  const TestPlanFile& plan_;
-  double from_;
-  double sent_ = 0.0;
-  std::uint64_t session_ = 0;
-  steady_clock::time_point told_;
-};
-
-bool wait_released(DaemonClient& daemon, const std::string& tag) {
-  const auto until = steady_clock::now() + std::chrono::seconds(45);
-  while (steady_clock::now() < until) {
-    if (!loop_of_daemon(daemon, tag).commissioning) return true;
-    std::this_thread::sleep_for(std::chrono::milliseconds(100));
-  }
-  return false;
+// Returns where the plan is at this time, if the step from `sent` to there is not too small.
+std::optional<double> next_move(const TestPlanFile& plan, double from, double sent, double time_s) {
+  const double to = estimator::moved(plan.move, from, time_s);
+  const bool far = std::abs(to - sent) >= kRampStep * std::abs(plan.move.size);
+  if (to == sent || (!far && to != from)) return std::nullopt;
+  return to;
 }
 
 }  // namespace
@@ -184,16 +105,7 @@ TestRecord simulate_test(const plant::LoopModel& given, const TestPlanFile& plan
   return record;
 }
 
-protocol::LoopStatus loop_of_daemon(DaemonClient& daemon, const std::string& tag) {
-  protocol::Status all = protocol::ask(daemon, protocol::StatusRequest{});
-  for (protocol::LoopStatus& loop : all.loops) {
-    if (loop.name == tag) return std::move(loop);
-  }
-  throw std::runtime_error("the daemon has no loop '" + tag + "'");
-}
-
-std::string why_no_test(DaemonClient& daemon, const protocol::LoopStatus& loop,
-                        const TestPlanFile& plan) {
+std::string why_no_test(Daemon& daemon, const LoopStatus& loop, const TestPlanFile& plan) {
   const std::string& tag = loop.name;
   if (!plan.loop.empty() && plan.loop != tag) {
     return fmt::format("the plan is for {}, not for {}", plan.loop, tag);
@@ -201,15 +113,13 @@ std::string why_no_test(DaemonClient& daemon, const protocol::LoopStatus& loop,
   if (std::string why = not_in_force(daemon, tag); !why.empty()) return why;
   const std::optional<LoopFile> file = file_of_loop(daemon, tag);
   if (!file) return tag + ": the daemon does not report the loop's file";
-  struct stat found {};
-  if (::stat(file->path.c_str(), &found) != 0) return file->path + ": can't be read";
   const bool changed = plan.configuration && *plan.configuration != file->hash;
-  if (changed || found.st_mtime > plan.planned_at) {
-    return fmt::format("{} has changed since the plan was made ({}). Run `loopwarden gap` again.",
-                       file->path, utc_time_text(plan.planned_at));
+  if (changed || file->time_s > plan.planned_at) {
+    return fmt::format("{} has changed since the plan was made ({}). Make a new plan.", file->path,
+                       utc_time_text(plan.planned_at));
   }
   if (!loop.cycle) return "the loop has not run yet";
-  const protocol::Cycle& now = *loop.cycle;
+  const Cycle& now = *loop.cycle;
   const bool manual = estimator::in_manual(plan.move.kind);
   const double span = loop.pv_range[1] - loop.pv_range[0];
   if (!manual && !(std::abs(now.set_point_wanted - plan.from) <= kSameSp * span)) {
@@ -224,19 +134,18 @@ std::string why_no_test(DaemonClient& daemon, const protocol::LoopStatus& loop,
   return {};
 }
 
-CarriedOut carry_out(DaemonClient& daemon, const TestPlanFile& plan,
+CarriedOut carry_out(Daemon& daemon, const TestPlanFile& plan, const Person& person,
                      const std::function<std::string(const TestProgress&)>& watch) {
-  const protocol::LoopStatus before = loop_of_daemon(daemon, plan.loop);
+  const LoopStatus before = loop_of_daemon(daemon, plan.loop);
   const bool manual = estimator::in_manual(plan.move.kind);
   const double from = manual ? before.cycle.value().co : plan.from;
-  const double accelerate = protocol::ask(daemon, protocol::StatusRequest{}).daemon.accelerate;
+  const double accelerate = ask(daemon, StatusRequest{}).daemon.accelerate;
   CarriedOut out;
   out.record.period_s = before.sample_time_s;
   std::vector<std::uint64_t> periods;
   std::uint64_t next_period = 0;
   const auto read = [&] {
-    add_rows(out.record,
-             protocol::ask(daemon, protocol::TrendRequest{.loop = plan.loop, .from = next_period}),
+    add_rows(out.record, ask(daemon, TrendRequest{.loop = plan.loop, .from = next_period}),
              next_period, periods);
   };
   read();
@@ -244,13 +153,19 @@ CarriedOut carry_out(DaemonClient& daemon, const TestPlanFile& plan,
   const auto pause = std::chrono::duration<double>(
       std::clamp(0.5 * before.sample_time_s / accelerate, 0.005, 0.1));
   try {
-    TestSession session(daemon, plan, from);
+    TestSession session(daemon, plan.loop, terms_of(plan, from), person);
+    double sent = from;
     read();
     begun = next_period;
     const double duration_s = estimator::duration_s(plan.move);
     auto newest = steady_clock::now();
     for (double time_s = 0.0; time_s < duration_s;) {
-      session.follow(time_s);
+      const std::optional<double> to = next_move(plan, from, sent, time_s);
+      if (!to) {
+        session.alive();
+      } else if (session.move(*to)) {
+        sent = *to;
+      }
       std::this_thread::sleep_for(pause);
       const std::uint64_t last = next_period;
       read();
@@ -267,11 +182,11 @@ CarriedOut carry_out(DaemonClient& daemon, const TestPlanFile& plan,
         break;
       }
     }
-    session.end();
-  } catch (const DaemonRefused& e) {
+    session.end(out.ended_early);
+  } catch (const DaemonError& e) {
+    if (!e.refused()) throw;
     out.ended_early = e.what();
   }
-  out.restored = wait_released(daemon, plan.loop);
   for (const std::uint64_t period : periods) {
     out.record.time_s.push_back((static_cast<double>(period) - static_cast<double>(begun)) *
                                 before.sample_time_s);
@@ -279,4 +194,4 @@ CarriedOut carry_out(DaemonClient& daemon, const TestPlanFile& plan,
   return out;
 }
 
-}  // namespace loopwarden::workbench
+}  // namespace loopwarden::protocol

@@ -1,17 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "workbench/files/test_plan_file.hpp"
+#include "daemon/protocol/planned_test/test_plan_file.hpp"
 
+#include <fmt/chrono.h>
 #include <fmt/format.h>
 
 #include <charconv>
 #include <cmath>
+#include <ctime>
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "base/text.hpp"
 #include "config/document.hpp"
-#include "record/import/time_text.hpp"
 
-namespace loopwarden::workbench {
+namespace loopwarden::protocol {
 namespace {
 
 using config::MapReader;
@@ -31,6 +33,13 @@ std::optional<std::uint32_t> crc_of(const std::string& text) {
   const auto [at, wrong] = std::from_chars(text.data(), end, value, 16);
   if (text.size() != 8 || at != end || wrong != std::errc()) return std::nullopt;
   return value;
+}
+
+std::optional<std::int64_t> utc_time(const std::string& text) {
+  std::tm time{};
+  const char* const end = ::strptime(text.c_str(), "%Y-%m-%dT%H:%M:%SZ", &time);
+  if (end == nullptr || *end != '\0') return std::nullopt;
+  return ::timegm(&time);
 }
 
 std::vector<std::string> words_of_moves() {
@@ -86,9 +95,8 @@ class PlanReader {
   void read_time() {
     const Value<std::string> text = root_.need_text("planned_at", "UTC, 2026-11-29T00:21:24Z");
     if (!text.given || !text.valid) return;
-    const auto time = record::parse_time(text.value, record::TimeForm::ymd);
-    if (time && time->zone_known) {
-      plan_.planned_at = time->whole_s;
+    if (const std::optional<std::int64_t> time = utc_time(text.value)) {
+      plan_.planned_at = *time;
     } else {
       root_.error("planned_at", fmt::format("must be a UTC time, 2026-11-29T00:21:24Z (got '{}')",
                                             config::quotable(text.value)));
@@ -189,7 +197,28 @@ config::KeyReference describe_test_plan() {
   return config::keys_of([](MapReader& in) { PlanReader(in).read(); });
 }
 
-std::string utc_time_text(std::int64_t seconds) { return record::iso_text(seconds, 0.0, true); }
+std::string title_of(const std::vector<std::string>& effects) {
+  if (effects.empty()) return "nothing missing";
+  std::string title;
+  for (const std::string& name : effects) {
+    const std::string words = name == "unnamed" ? "an unknown effect" : base::in_words(name);
+    title += (title.empty() ? "" : " + ") + words;
+  }
+  return title;
+}
+
+std::string names_of(const TestPlanFile& plan) {
+  std::string names;
+  for (std::size_t i = 0; i < plan.explanations.size(); ++i) {
+    const bool last = i + 1 == plan.explanations.size();
+    names += (i == 0 ? "" : last ? " or " : ", ") + title_of(plan.explanations[i].effects);
+  }
+  return names;
+}
+
+std::string utc_time_text(std::int64_t seconds) {
+  return fmt::format("{:%FT%TZ}", fmt::gmtime(static_cast<std::time_t>(seconds)));
+}
 
 std::string write_test_plan(const TestPlanFile& plan, const std::string& heading) {
   const char* const unit = estimator::in_manual(plan.move.kind) ? "CO units" : "PV units";
@@ -221,4 +250,4 @@ std::string write_test_plan(const TestPlanFile& plan, const std::string& heading
   return text;
 }
 
-}  // namespace loopwarden::workbench
+}  // namespace loopwarden::protocol

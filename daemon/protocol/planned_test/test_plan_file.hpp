@@ -15,7 +15,7 @@
 #include "config/key_reference.hpp"
 #include "model/estimator/plan.hpp"
 
-namespace loopwarden::workbench {
+namespace loopwarden::protocol {
 
 // Time for a person to make the move of a slip, s after the planning. By hand: three shifts.
 inline constexpr std::int64_t kSlipValid_s = 24 * 3600;
@@ -49,7 +49,11 @@ config::Loaded<TestPlanFile> read_test_plan(const std::filesystem::path& path);
 std::string write_test_plan(const TestPlanFile& plan, const std::string& heading = "");
 config::KeyReference describe_test_plan();
 
+// "stiction + gain change"; "nothing missing" without effects.
+std::string title_of(const std::vector<std::string>& effects);
+// "stiction or backlash"
+std::string names_of(const TestPlanFile& plan);
 // "2026-11-29T00:21:24Z"
 std::string utc_time_text(std::int64_t seconds);
 
-}  // namespace loopwarden::workbench
+}  // namespace loopwarden::protocol
