@@ -3,7 +3,7 @@
 """Footprint of the daemon and of each service: memory, processor, threads, files, time until READY, writes to the disk.
 
 Runs the real programs on simulated loops, in real time. Mosquitto and Node-RED (empty flow) run on the same machine at
-the same time, if they are installed. As root, the state directory of each daemon is a separate ext4 file system on a
+the same time, if they are installed. The fleet host runs if PostgreSQL and python3-psycopg2 are installed. As root, the state directory of each daemon is a separate ext4 file system on a
 loop device, and the kernel counts the sectors that are written to it: records, journal, evidence and metadata.
 
 Sizes are LOOPSxPERIOD, for example 12x1 for 12 loops at 1 s. Services run beside the first size.
@@ -11,6 +11,7 @@ Sizes are LOOPSxPERIOD, for example 12x1 for 12 loops at 1 s. Services run besid
 Example: lab/bench/footprint.py --size 12x1 100x1 --seconds 300
 """
 import argparse
+import glob
 import os
 import pathlib
 import re
@@ -21,8 +22,13 @@ import sys
 import tempfile
 import time
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "tests/support"))
+HERE = pathlib.Path(__file__).resolve().parent
+sys.path[:0] = [str(HERE.parents[1] / "tests/support"), str(HERE / "fleet_kit")]
 import bench_daemon  # noqa: E402
+try:
+    import plant  # noqa: E402
+except ImportError:
+    plant = None
 
 ROW_BYTES = 88
 DAY_S = 86400
@@ -189,6 +195,11 @@ def services(runtime, folder):
                   f"runtime_directory: {runtime}\nstore: {{directory: {folder}}}\n",
           "feed": f"broker: {{url: 'mqtt://127.0.0.1:{broker}'}}\nruntime_directory: {runtime}\n"
                   "topics: [{name: FIC205.PV, topic: plant/fic205, value: /pv}]\n"}
+    if plant is not None and shutil.which("initdb", path=":".join(glob.glob("/usr/lib/postgresql/*/bin"))):
+        fleet = plant.Plant()
+        fleet.start_database()
+        of["fleet"] = (f"broker: mqtt://127.0.0.1:{broker}\ndatabase: {fleet.database}\ngroups: [plant]\n"
+                       f"state_directory: {folder}/fleet\nmetrics: {{port: 0}}\n")
     for name, text in of.items():
         running.append(Program(name, [os.path.join(bench_daemon.BIN, f"loopwarden-{name}"), "--config", file(name + ".yaml", text)]))
     return running
