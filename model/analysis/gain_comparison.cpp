@@ -11,8 +11,7 @@
 namespace loopwarden::analysis {
 namespace {
 
-std::vector<double> disturbance_of(const numeric::LoopView& record,
-                                   const plant::LoopModel& model) {
+std::vector<double> disturbance_of(const numeric::LoopView& record, const plant::LoopModel& model) {
   plant::Process process(model.process, record.period_s);
   std::vector<double> d{record.pv[0] - process.reset(record.co[0])};
   for (std::size_t k = 1; k < record.pv.size(); ++k)

@@ -32,7 +32,8 @@ Change judge_by_model(const ChangeSide& before, const ChangeSide& after) {
   const double second = new_after / old_after;
   constexpr double kAlike = ChangeLimits::kByModel;
   if (std::min(first, second) > kAlike && std::max(first, second) < 1.0 / kAlike)
-    return {ChangeResult::no_difference, "on the same disturbance SP - PV changes by less than 10 %"};
+    return {ChangeResult::no_difference,
+            "on the same disturbance SP - PV changes by less than 10 %"};
   return agreed(first, second, kAlike, "on the same disturbance SP - PV is smaller",
                 "on the same disturbance SP - PV is larger",
                 "the disturbances before and after give different answers");
