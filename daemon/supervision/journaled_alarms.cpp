@@ -154,24 +154,31 @@ void JournaledAlarms::set_pv_silence(base::Reason reason) {
 void JournaledAlarms::behind_outage(std::string alarm) {
   const std::lock_guard lock(mutex_);
   const bool behind = !alarm.empty();
-  // A PV that is back and bad is the loop's own.
-  const bool clears =
-      !behind && !snapshot_.pv_lost &&
-      now_ms() - pv_back_ms_ < alarm::AlarmLimits::kAfterOutage_ms &&
-      std::any_of(
-          alarm::kProcessAlarms.begin(), alarm::kProcessAlarms.end(), [this](AlarmKind kind) {
-            return snapshot_.alarms.follows_outage(kind) && snapshot_.alarms.alarm(kind).active();
-          });
-  if (clears) return;
-  if (behind) snapshot_.outage = std::move(alarm);
   const Memories before = memories();
+  // A PV that is back and bad is the loop's own.
+  if (!behind && !snapshot_.pv_lost && after_outage(before)) return;
+  if (behind) snapshot_.outage = std::move(alarm);
   write_down(before, snapshot_.alarms.behind_outage(behind));
 }
 
-void JournaledAlarms::set_flaps(const alarm::ProcessWatch& process) {
+// Returns whether alarms that follow from an outage still clear. Raises those that don't.
+bool JournaledAlarms::after_outage(const Memories& before) {
+  const bool back = now_ms() - pv_back_ms_ >= alarm::AlarmLimits::kProcessDelay_ms;
+  bool clears = false;
+  for (const AlarmKind kind : alarm::kProcessAlarms) {
+    if (!snapshot_.alarms.follows_outage(kind) || !snapshot_.alarms.alarm(kind).active()) continue;
+    const bool own = back && there_[alarm::index_of(kind)];
+    if (own) write_down(before, snapshot_.alarms.still_there(kind));
+    clears = clears || !own;
+  }
+  return clears;
+}
+
+void JournaledAlarms::set_conditions(const alarm::ProcessWatch& process) {
   const std::lock_guard lock(mutex_);
   for (const AlarmKind kind : alarm::kProcessAlarms) {
     snapshot_.flaps[alarm::index_of(kind)] = process.flaps(kind);
+    there_[alarm::index_of(kind)] = process.there(kind);
   }
 }
 

@@ -72,9 +72,10 @@ class JournaledAlarms {
   void pv_lost(bool lost);
   void set_pv_silence(base::Reason reason);
   // `alarm`: the box's alarm that stands for the loss of the loop's connection; empty: none. After
-  // its end the alarms that follow from it stay suppressed while they clear.
+  // its end the alarms that follow from it stay suppressed while they clear. An alarm that is still
+  // present then is the loop's own after the on-delay.
   void behind_outage(std::string alarm);
-  void set_flaps(const alarm::ProcessWatch& process);
+  void set_conditions(const alarm::ProcessWatch& process);
   // A full window could not be judged, or its judgement reports too little movement.
   void window_not_fit(const alarm::WindowMeasures& measures, alarm::WindowState why,
                       const alarm::WindowJudgement& judgement = {});
@@ -143,6 +144,7 @@ class JournaledAlarms {
   void take_measures(const alarm::WindowMeasures& measures);
   // False for an explanation of an earlier incident that ended late.
   bool of_incident(const Explanation& explanation) const;
+  bool after_outage(const Memories& before);
   void suppressed(alarm::WindowState why);
   // Journals the changes of an event, with the reason for a raised or a cleared alarm. Returns the
   // ticket of the last line.
@@ -164,7 +166,8 @@ class JournaledAlarms {
   AlarmSnapshot snapshot_;
   WindowLog windows_;
   watch::TwinNews twin_news_;
-  std::int64_t pv_back_ms_ = 0;  // when PV was last not silent any more
+  std::int64_t pv_back_ms_ = 0;                       // when PV was last not silent any more
+  std::array<bool, alarm::kAlarmKindCount> there_{};  // process alarms that the newest cycle shows
   std::uint64_t changes_ = 0;
 };
 

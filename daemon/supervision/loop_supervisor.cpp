@@ -203,7 +203,7 @@ void LoopSupervisor::publish_progress(std::size_t cycles) {
   }
   alarms_.set_progress(d.times, d.condition.indices(), d.monitor.state(),
                        d.monitor.routine_levels());
-  alarms_.set_flaps(d.process);
+  alarms_.set_conditions(d.process);
 }
 
 }  // namespace loopwarden::daemon::supervision

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // loopwarden-study receipt: records of simulated loops before and after work at the valve, with
-// another load and other set points. In half of the cases the work removes the effect.
+// another load and other set points. In half of the cases the work removes the effect. With --gains
+// the work is a change of the gains, in half of the cases none.
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <memory>
 #include <string>
 #include <thread>
@@ -12,6 +14,8 @@
 
 #include "base/parallel.hpp"
 #include "lab/program/studies.hpp"
+#include "model/analysis/gain_comparison.hpp"
+#include "model/diagnosis/change.hpp"
 #include "model/diagnosis/repair.hpp"
 #include "model/numeric/random.hpp"
 #include "model/plant/simulated_loop.hpp"
@@ -26,6 +30,7 @@ struct ReceiptOptions {
   std::uint64_t seed = 910000;
   double hours = 4.0;
   bool list = false;
+  bool gains = false;
   unsigned threads = std::max(1U, std::thread::hardware_concurrency());
 };
 
@@ -72,12 +77,19 @@ struct Case {
   double size = 0.0, found = 0.0, excluded = 0.0;
 };
 
-Case run_case(std::uint64_t seed, double hours) {
-  numeric::Random random(seed * 1000003);
-  const auto between = [&](double low, double high) {
-    return low + (high - low) * random.uniform();
-  };
+class Draw {
+ public:
+  explicit Draw(std::uint64_t seed) : random_(seed * 1000003) {}
+  double between(double low, double high) { return low + (high - low) * random_.uniform(); }
+  double uniform() { return random_.uniform(); }
+
+ private:
+  numeric::Random random_;
+};
+
+plant::LoopModel drawn_loop(Draw& random) {
   constexpr std::array<double, 4> kPeriods_s{1.0, 2.0, 5.0, 10.0};
+  const auto between = [&](double low, double high) { return random.between(low, high); };
   plant::LoopModel model;
   model.sample_time_s = kPeriods_s[static_cast<std::size_t>(4.0 * random.uniform()) % 4];
   const double period_s = model.sample_time_s;
@@ -93,6 +105,127 @@ Case run_case(std::uint64_t seed, double hours) {
       std::min(model.process.time_constant_s, 4.0 * (closed_s + model.process.dead_time_s));
   model.controller.pid.output_low = 0.0;
   model.controller.pid.output_high = 100.0;
+  return model;
+}
+
+// Gives a record a load, a level and set points of its own.
+void draw_disturbance(Draw& random, plant::LoopModel& part, double hours) {
+  const double period_s = part.sample_time_s;
+  const auto between = [&](double low, double high) { return random.between(low, high); };
+  part.disturbances = {
+      {"random_load",
+       {{"intensity", between(0.01, 0.05)}, {"time_constant", between(60.0, 600.0) * period_s}}}};
+  if (random.uniform() < 0.3) {
+    part.disturbances.push_back(
+        {"oscillating_disturbance",
+         {{"amplitude", between(0.3, 1.5)}, {"period", between(40.0, 200.0) * period_s}}});
+  }
+  const double middle = part.process.gain * between(30.0, 70.0);
+  for (double at_s = 0.0; at_s < hours * 3600.0; at_s += between(0.3, 2.0) * 3600.0) {
+    part.scenario.set_point.emplace_back(at_s, std::clamp(middle + between(-5.0, 5.0), 5.0, 95.0));
+  }
+}
+
+double rms_of(const Record& record) {
+  double squares = 0.0;
+  for (std::size_t k = 0; k < record.pv.size(); ++k)
+    squares += (record.sp[k] - record.pv[k]) * (record.sp[k] - record.pv[k]);
+  return std::sqrt(squares / static_cast<double>(record.pv.size()));
+}
+
+struct GainsCase {
+  double ratio = 1.0;  // of the RMS after and before on the same disturbance, the truth
+  diagnosis::Change by_model{}, by_records{};
+};
+
+// Half of the cases keep the gains. The model is up to 15 % off.
+GainsCase run_gains_case(std::uint64_t seed, double hours) {
+  Draw random(seed);
+  plant::LoopModel model = drawn_loop(random);
+  std::array<control::PidGains, 2> gains;
+  gains.fill(model.controller.pid.gains);
+  if (random.uniform() < 0.5) {
+    const std::size_t slower = random.uniform() < 0.5 ? 0 : 1;
+    const double factor = random.between(0.2, 0.7);
+    gains[slower].kp *= factor;
+    gains[slower].ki *= factor;
+  }
+  plant::LoopModel known = model;
+  for (double* one :
+       {&known.process.gain, &known.process.time_constant_s, &known.process.dead_time_s})
+    *one *= random.between(0.85, 1.15);
+  GainsCase result;
+  std::array<Record, 2> records;
+  std::array<diagnosis::ChangeSide, 2> sides;
+  for (std::size_t side = 0; side < 2; ++side) {
+    plant::LoopModel part = model;
+    draw_disturbance(random, part, hours);
+    part.scenario.seed = 100 * seed + side;
+    std::array<double, 2> rms{};
+    for (std::size_t k = 0; k < 2; ++k) {
+      part.controller.pid.gains = gains[k];
+      Record record = simulated(part, hours);
+      rms[k] = rms_of(record);
+      if (k == side) records[side] = std::move(record);
+    }
+    result.ratio *= std::sqrt(rms[1] / rms[0]);
+    const Record& r = records[side];
+    sides[side].record = {
+        .period_s = model.sample_time_s, .pv = r.pv, .sp = r.sp, .co = r.co};
+    sides[side].rms = rms[side];
+    sides[side].unpredicted = diagnosis::unpredicted(r.pv, r.co);
+  }
+  result.by_records = diagnosis::judge_change(sides[0], sides[1]);
+  for (diagnosis::ChangeSide& side : sides)
+    side.by_model = analysis::compare_gains(side.record, known, gains);
+  result.by_model = diagnosis::judge_change(sides[0], sides[1]);
+  return result;
+}
+
+bool is_false(diagnosis::ChangeResult result, double ratio) {
+  constexpr double kSame = 1.03;
+  constexpr double kAlike = 1.25;
+  switch (result) {
+    case diagnosis::ChangeResult::improved: return ratio > 1.0 / kSame;
+    case diagnosis::ChangeResult::worse: return ratio < kSame;
+    case diagnosis::ChangeResult::no_difference: return std::max(ratio, 1.0 / ratio) > kAlike;
+    case diagnosis::ChangeResult::cant_tell: break;
+  }
+  return false;
+}
+
+int run_gains(const ReceiptOptions& options) {
+  std::vector<GainsCase> cases(options.cases);
+  base::parallel_for(options.cases, options.threads, [&](std::size_t k) {
+    cases[k] = run_gains_case(options.seed + k, options.hours);
+  });
+  for (const bool by_model : {true, false}) {
+    std::array<std::size_t, 4> results{};
+    std::size_t wrong = 0;
+    for (const GainsCase& one : cases) {
+      const diagnosis::Change& change = by_model ? one.by_model : one.by_records;
+      ++results[static_cast<std::size_t>(change.result)];
+      wrong += is_false(change.result, one.ratio) ? 1U : 0U;
+    }
+    fmt::print("{:<15} improved {:>4}  worse {:>4}  no difference {:>4}  can't tell {:>4}  false {} "
+               "of {}\n",
+               by_model ? "with a model" : "without a model", results[0], results[1], results[2],
+               results[3], wrong, cases.size());
+  }
+  if (!options.list) return kExitOk;
+  for (std::size_t k = 0; k < cases.size(); ++k) {
+    const GainsCase& one = cases[k];
+    fmt::print("{} ratio {:.2f} model: {} ({}), records: {} ({})\n", options.seed + k, one.ratio,
+               diagnosis::to_text(one.by_model.result), one.by_model.why,
+               diagnosis::to_text(one.by_records.result), one.by_records.why);
+  }
+  return kExitOk;
+}
+
+Case run_case(std::uint64_t seed, double hours) {
+  Draw random(seed);
+  const auto between = [&](double low, double high) { return random.between(low, high); };
+  const plant::LoopModel model = drawn_loop(random);
   const bool sticks = random.uniform() < 0.7;
   Case one{.removed = random.uniform() < 0.5, .truth = sticks ? "stiction" : "backlash"};
   one.size = between(2.0, 8.0);
@@ -101,25 +234,12 @@ Case run_case(std::uint64_t seed, double hours) {
     if (sticks) return {{"stiction", {{"s", size}, {"j", size * jump}}}};
     return {{"backlash", {{"deadband", size}}}};
   };
-  // Each record has a load, a level and set points of its own.
   const auto record_with = [&](double size, std::uint64_t record_seed) {
     plant::LoopModel part = model;
     part.valve_effects = fault(size);
-    part.disturbances = {
-        {"random_load",
-         {{"intensity", between(0.01, 0.05)}, {"time_constant", between(60.0, 600.0) * period_s}}}};
-    if (random.uniform() < 0.3) {
-      part.disturbances.push_back(
-          {"oscillating_disturbance",
-           {{"amplitude", between(0.3, 1.5)}, {"period", between(40.0, 200.0) * period_s}}});
-    }
-    const double middle = model.process.gain * between(30.0, 70.0);
-    for (double at_s = 0.0; at_s < hours * 3600.0; at_s += between(0.3, 2.0) * 3600.0) {
-      part.scenario.set_point.emplace_back(at_s,
-                                           std::clamp(middle + between(-5.0, 5.0), 5.0, 95.0));
-    }
+    draw_disturbance(random, part, hours);
     part.scenario.seed = record_seed;
-    return judged(simulated(part, hours), period_s);
+    return judged(simulated(part, hours), model.sample_time_s);
   };
   const auto before = record_with(one.size, 100 * seed + 1);
   const double remains = one.removed ? between(0.0, 0.3) : one.size * between(0.8, 1.1);
@@ -133,6 +253,7 @@ Case run_case(std::uint64_t seed, double hours) {
 }
 
 int run_receipt(const ReceiptOptions& options) {
+  if (options.gains) return run_gains(options);
   std::vector<Case> cases(options.cases);
   base::parallel_for(options.cases, options.threads,
                      [&](std::size_t k) { cases[k] = run_case(options.seed + k, options.hours); });
@@ -170,6 +291,7 @@ void add_receipt(CLI::App& app, int& exit_code) {
   sub->add_option("--hours", options->hours, "length of each record")
       ->check(CLI::Range(0.5, 100.0))
       ->capture_default_str();
+  sub->add_flag("--gains", options->gains, "the work is a change of the gains");
   sub->add_flag("--list", options->list, "print each case");
   sub->add_option("--jobs", options->threads, "threads; the result does not depend on it")
       ->check(CLI::Range(1, 1024))

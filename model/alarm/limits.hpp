@@ -29,8 +29,7 @@ struct AlarmLimits {
   static constexpr std::uint32_t kFlaps = 5;                  // number that raises the alarm
   static constexpr std::int64_t kServiceRestart_ms = 30'000;  // on-delay: a service restarts itself
   static constexpr double kFirstValues_s = 30.0;  // a feeder connects and sends its first values
-  static constexpr std::int64_t kAfterOutage_ms = 2 * kOffDelay_ms;  // alarms behind it clear
-  static constexpr double kSetPointMoves = 0.1;  // of the limit of the deviation
+  static constexpr double kSetPointMoves = 0.1;   // of the limit of the deviation
 
   // Name of an alarm and of its incident.
   static constexpr double kSureName = 0.9;           // confidence

@@ -107,12 +107,19 @@ AlarmTransitions LoopAlarms::pv_lost(bool lost) noexcept {
 }
 
 bool LoopAlarms::follows_outage(AlarmKind kind) const noexcept {
-  return behind_outage_ && is_process_alarm(kind) && kind != AlarmKind::enable_open &&
-         (!is_of_pv(kind) || pv_lost_);
+  return behind_outage_ && !own_[index_of(kind)] && is_process_alarm(kind) &&
+         kind != AlarmKind::enable_open && (!is_of_pv(kind) || pv_lost_);
 }
 
 AlarmTransitions LoopAlarms::behind_outage(bool behind) noexcept {
-  return after(AlarmReason::process, [&] { behind_outage_ = behind; });
+  return after(AlarmReason::process, [&] {
+    behind_outage_ = behind;
+    own_.fill(false);
+  });
+}
+
+AlarmTransitions LoopAlarms::still_there(AlarmKind kind) noexcept {
+  return after(AlarmReason::process, [&] { own_[index_of(kind)] = true; });
 }
 
 AlarmTransitions LoopAlarms::pass_time(std::int64_t now_ms) noexcept {

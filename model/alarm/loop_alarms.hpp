@@ -98,6 +98,8 @@ class LoopAlarms {
   AlarmTransitions pv_lost(bool lost) noexcept;
   // Reports whether an alarm of the box stands for the loss of the loop's connection.
   AlarmTransitions behind_outage(bool behind) noexcept;
+  // The connection is back, but `kind` is still present, so it is the loop's own.
+  AlarmTransitions still_there(AlarmKind kind) noexcept;
   // Returns whether `kind` follows from the lost connection.
   bool follows_outage(AlarmKind kind) const noexcept;
   // Passes on the conditions of process alarms that were raised or cleared in one cycle.
@@ -137,6 +139,7 @@ class LoopAlarms {
   bool deviation_rests_ = false;
   bool pv_lost_ = false;
   bool behind_outage_ = false;
+  std::array<bool, kAlarmKindCount> own_{};  // still present after the outage
   // The alarm for which an active condition of a valve alarm counts: itself, unless it was
   // explained.
   struct CountsFor {

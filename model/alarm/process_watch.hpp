@@ -149,6 +149,8 @@ class ProcessWatch {
   }
   // Returns whether the deviation is suppressed at present.
   bool deviation_rests() const noexcept { return limits_.rests(); }
+  // Returns whether the newest cycle with information shows the condition.
+  bool there(AlarmKind kind) const noexcept { return at(kind).there; }
   // Returns how often the condition was raised again within a minute, or while the alarm was on.
   std::uint32_t flaps(AlarmKind kind) const noexcept { return at(kind).flaps; }
 

@@ -36,6 +36,7 @@ struct DiagnoseOptions {
   std::vector<std::string> neighbours;
   std::vector<double> co_range{};  // empty: 0 to 100, or of the daemon's loop
   std::string kind;
+  std::string master;
   std::string report;
   bool json = false;
 };
@@ -160,6 +161,7 @@ void diagnose_recorded(const DiagnoseOptions& options, DiagnosedLoop& loop) {
   const Recorded recorded = options.recorder.take(tag, folder, place);
   if (options.co_range.empty())
     loop.co_range.assign(recorded.loop.co_range.begin(), recorded.loop.co_range.end());
+  loop.master = recorded.loop.master;
   for (const Recorded::Record& one : recorded.records) {
     record::Imported imported = RecordInput().read(scratch.stage(one.path));
     imported.notes.tag = tag;
@@ -174,6 +176,7 @@ int run_diagnose(const DiagnoseOptions& options) {
   }
   DiagnosedLoop loop;
   loop.co_range = options.co_range.empty() ? std::vector<double>{0.0, 100.0} : options.co_range;
+  loop.master = options.master;
   std::vector<TimedLoop> compared;
   if (options.recorder.asked(!options.records.empty(), options.input.loop())) {
     if (!options.neighbours.empty()) fail(kExitUsage, "--neighbours: only with files");
@@ -220,6 +223,9 @@ void add_diagnose(Program& program) {
   command.option("--kind", o.kind,
                  "what the loop controls; default: from a tag such as FIC101 in the file's name",
                  one_of({"flow", "pressure", "level", "temperature", "unknown"}));
+  command.option("--master", o.master,
+                 "tag of the loop that writes the set point; default: cascade.master of the "
+                 "daemon's loop");
   command.option("--neighbours", o.neighbours,
                  "exports of other loops with the same time base: finds those that disturb this "
                  "one; only with files");

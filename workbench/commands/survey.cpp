@@ -19,6 +19,7 @@
 #include <vector>
 
 #include "base/text.hpp"
+#include "config/config_reader.hpp"
 #include "workbench/command_line/share.hpp"
 #include "workbench/commands/subcommands.hpp"
 #include "workbench/files/output_files.hpp"
@@ -47,6 +48,7 @@ struct SurveyCommand {
   std::string area;
   std::string weights;
   std::string costs;
+  std::string loops;  // configuration folder of the daemon
 };
 
 constexpr std::size_t kLinesShown = 20;
@@ -162,10 +164,25 @@ std::optional<record::TagPattern> area_in(const SurveyCommand& options) {
        base::in_quotes(options.area));
 }
 
+// Adds the areas and masters of the daemon's loop files to the texts of the site.
+void add_loop_files(const std::string& folder, std::vector<record::TagText>& tags) {
+  const auto read = config::read_configuration(folder);
+  if (!read) fail(kExitConfiguration, "{}", config::to_text(read.diagnostics));
+  for (const config::LoopConfig& loop : read.value->loops) {
+    if (loop.area.empty() && loop.master.empty()) continue;
+    for (const char* before : {"", "*/", "*]"}) {
+      tags.push_back({.pattern = record::TagPattern(before + loop.name),
+                      .area = loop.area,
+                      .master = loop.master});
+    }
+  }
+}
+
 // Reads everything that the report needs before the long work.
 SurveyReport report_settings(const SurveyCommand& options) {
   SurveyReport how{.outcomes = options.outcomes,
                    .site = {.tags = options.input.options().tags, .area = area_in(options)}};
+  if (!options.loops.empty()) add_loop_files(options.loops, how.site.tags);
   if (!options.weights.empty()) how.weights = read_loop_weights(options.weights);
   if (options.costs.empty()) return how;
   auto costs = read_costs_file(options.costs);
@@ -337,6 +354,9 @@ void add_survey(Program& program) {
   command.option("--loops", o.weights,
                  "CSV with the columns tag, criticality and cost_per_hour, which replaces the "
                  "assumed loss");
+  command.option("--loop-files", o.loops,
+                 "configuration folder of loopwardend, such as /etc/loopwardend: areas and masters "
+                 "of the loops");
   command.option("--costs", o.costs,
                  "YAML with the costs from which minutes and savings are estimated "
                  "(docs/reference/worklist.md)");

@@ -48,6 +48,7 @@ void print_once(const protocol::Status& status, const std::string& loop) {
   for (const std::string& line : disk_troubles(status.daemon)) {
     fmt::print("{}\n", coloured(line, Colour::red));
   }
+  for (const std::string& line : connection_lines(status.daemon)) fmt::print("{}\n", line);
   for (const std::string& line : loop_table(status.loops, selected)) fmt::print("{}\n", line);
   if (loop.empty()) return;
   fmt::print("{}", place_line(status.loops, selected));
@@ -68,6 +69,8 @@ std::string page(const protocol::Status& status, std::size_t selected, const pro
   if (!writes.empty()) text += writes + "\n";
   const std::vector<std::string> troubles = disk_troubles(status.daemon);
   for (const std::string& line : troubles) text += coloured(line, Colour::red) + "\n";
+  const std::vector<std::string> connections = connection_lines(status.daemon);
+  for (const std::string& line : connections) text += line + "\n";
   text += "\n";
   const std::vector<std::string> table = loop_table(status.loops, selected);
   // The table scrolls so that the selected loop stays visible in at most a third of the screen.
@@ -80,7 +83,8 @@ std::string page(const protocol::Status& status, std::size_t selected, const pro
   }
   text += "\n";
   const protocol::LoopStatus& loop = status.loops.at(selected);
-  const int used = static_cast<int>(shown + troubles.size()) + (writes.empty() ? 10 : 11);
+  const int used =
+      static_cast<int>(shown + troubles.size() + connections.size()) + (writes.empty() ? 10 : 11);
   for (const std::string& line :
        trend_view(loop, trend, window_s, size.columns, size.rows - used)) {
     text += line + "\n";

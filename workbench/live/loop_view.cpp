@@ -252,6 +252,30 @@ std::string writes_line(const protocol::DaemonStatus& daemon) {
   return coloured(line, above ? Colour::yellow : Colour::grey);
 }
 
+std::vector<std::string> connection_lines(const protocol::DaemonStatus& daemon) {
+  std::vector<std::string> lost;
+  std::vector<std::string> partly;
+  std::string up;
+  for (const protocol::ConnectionStatus& one : daemon.connections) {
+    const std::string loops = fmt::format("{} loop{}", one.loops, one.loops == 1 ? "" : "s");
+    const std::string parts =
+        one.lost.empty() ? std::string() : fmt::format(": {}", fmt::join(one.lost, ", "));
+    if (!one.up) {
+      lost.push_back(
+          coloured(fmt::format("connection lost  {} ({}){}", one.name, loops, parts), Colour::red));
+    } else if (one.silent_loops > 0) {
+      partly.push_back(coloured(fmt::format("connection  {}: {} of {} without PV{}", one.name,
+                                            one.silent_loops, loops, parts),
+                                Colour::yellow));
+    } else {
+      up += fmt::format("{}{} ({})", up.empty() ? "" : ", ", one.name, loops);
+    }
+  }
+  lost.insert(lost.end(), partly.begin(), partly.end());
+  if (!up.empty()) lost.push_back(coloured("connected  " + up, Colour::grey));
+  return lost;
+}
+
 std::vector<std::string> disk_troubles(const protocol::DaemonStatus& daemon) {
   std::vector<std::string> lines;
   const auto look = [&](const char* what, const auto& disk) {

@@ -31,6 +31,8 @@ class TrendBuffer {
 std::string daemon_line(const protocol::Status& status);
 // Returns the writes to the disk with their budget; empty in the first minute.
 std::string writes_line(const protocol::DaemonStatus& daemon);
+// Returns the feeders and links: lost ones first, a line each, then the others in one line.
+std::vector<std::string> connection_lines(const protocol::DaemonStatus& daemon);
 // Returns the data that does not reach the disk, with the reasons. Empty: all data does.
 std::vector<std::string> disk_troubles(const protocol::DaemonStatus& daemon);
 // Returns a note if some of the alarms are suppressed at present, otherwise an empty text.

@@ -160,6 +160,19 @@ diagnosis::SizeTrend trend_of(const DiagnosedLoop& loop) {
   return diagnosis::size_trend(windows);
 }
 
+// Returns what the verdict means for the master of a slave; empty without a consequence.
+std::string master_text(const Diagnosis& d, const std::string& master) {
+  if (master.empty() || d.verdict == DiagnosisVerdict::healthy || !d.judged()) return {};
+  if (d.verdict == DiagnosisVerdict::valve_effect)
+    return fmt::format(
+        "{} moves the set point. A cycle of it can come from this valve: repair the "
+        "valve before you tune {}",
+        master, master);
+  if (d.cause == Cause::master_loop)
+    return fmt::format("{} moves the set point: diagnose {} next", master, master);
+  return fmt::format("{} moves the set point", master);
+}
+
 std::string band_line(const Diagnosis& d) {
   return fmt::format(
       "band of 30 % of CO's movement or more: {:+.1f} nats; PV rests during {:.0f} % of CO's "
@@ -212,6 +225,7 @@ nlohmann::json diagnosis_json(const DiagnosedLoop& loop) {
   result["next_test"] =
       loop.test ? deciding_test_json(*loop.test, loop.co_range) : nlohmann::json(nullptr);
   if (loop.pushed_by) result["pushed_by"] = *loop.pushed_by;
+  result["master"] = or_null(loop.master);
   if (!loop.imports.empty()) {
     // Of several files, uses the one whose result the verdict has.
     const DiagnosedWindow& like = loop.windows[loop.verdict.like];
@@ -273,6 +287,8 @@ std::string diagnosis_text(const DiagnosedLoop& loop) {
       text += fmt::format("Action: {}\n", effect->remedy);
   }
   text += fmt::format("because: {}\n", because(d));
+  if (const std::string master = master_text(d, loop.master); !master.empty())
+    text += fmt::format("master: {}\n", master);
   if (loop.pushed_by) {
     text +=
         fmt::format("pushed by: {}\n", loop.pushed_by->empty()

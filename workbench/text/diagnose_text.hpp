@@ -31,6 +31,7 @@ struct DiagnosedLoop {
   // Loops that disturb it, strongest first. nullopt: no other loop had the same time base.
   std::optional<std::vector<std::string>> pushed_by{};
   std::optional<diagnosis::DecidingTest> test{};  // of a likely or undecided valve
+  std::string master{};  // tag of the loop that writes its set point; empty: none is known
 };
 
 // Returns a time of a window's file: by the plant's clock if the export has one, otherwise in s.

@@ -52,7 +52,7 @@ std::string webhook_body(const Message& message, const Sender& sender) {
   for (const Event& event : message.events) {
     json one = to_json(event);
     one["time"] = rfc3339(event.utc_ms);
-    one["alarm_text"] = alarm_words(event.alarm);
+    one["alarm_text"] = alarm_words(event.name());
     const std::string page = page_of(event, sender);
     one["page"] = page.empty() ? json(nullptr) : json(page);
     events.push_back(std::move(one));

@@ -47,6 +47,7 @@ Event event_of_reading(const AlarmReading& reading, const AlarmPicture& picture,
           .area = reading.area,
           .priority = reading.priority,
           .of_incident = !reading.incident.empty(),
+          .incident_name = reading.incident_name,
           .why = reading.why,
           .consequence = reading.consequence,
           .action = reading.action,
@@ -68,6 +69,7 @@ void bring_up_to_date(Event& event, std::span<const AlarmReading> readings) {
     if (named != readings.end()) now = named;
   }
   event.alarm = now->key.second;
+  event.incident_name = now->incident_name;
   event.severity_percent = now->severity_percent;
   event.priority = now->priority;
   event.why = now->why;

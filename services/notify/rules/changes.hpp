@@ -25,7 +25,8 @@ struct AlarmReading {
   std::string description{};     // of the loop
   std::string incident{};        // that it belongs to; empty: no incident
   std::int64_t incident_ms = 0;  // when that one opened
-  std::string area{};            // of the loop
+  std::string incident_name{};
+  std::string area{};  // of the loop
   std::string priority{};
   std::string why{};  // explanation; empty: not explained
   std::string consequence{};

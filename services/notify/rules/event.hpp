@@ -47,10 +47,15 @@ struct Event {
   std::string area{};           // of the loop
   std::string priority{};       // low, medium, high, critical; empty: not known
   bool of_incident = false;     // others may belong to the same one
-  std::string why{};            // explanation, if there is one
-  std::string consequence{};    // of not acting; empty: as the guide
-  std::string action{};         // what to do, as the loop's file has it; empty: as the guide
+  std::string
+      incident_name{};        // the name on the page: of an effect or an alarm; empty: the alarm's
+  std::string why{};          // explanation, if there is one
+  std::string consequence{};  // of not acting; empty: as the guide
+  std::string action{};       // what to do, as the loop's file has it; empty: as the guide
   std::string time_to_act{};
+
+  // Returns the one name of the fault: that of its incident, or of the alarm.
+  const std::string& name() const noexcept { return incident_name.empty() ? alarm : incident_name; }
 
   friend bool operator==(const Event&, const Event&) = default;
 };

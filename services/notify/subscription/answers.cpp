@@ -32,6 +32,7 @@ std::vector<AlarmReading> readings_of(const protocol::Alarms& all) {
     const auto incident = incidents.find(readings.back().key);
     if (incident == incidents.end()) continue;
     readings.back().incident = one_line(incident->second->id);
+    readings.back().incident_name = one_line(incident->second->name);
     if (const double opened_s = incident->second->raised_s; std::isfinite(opened_s)) {
       readings.back().incident_ms = std::llround(1000.0 * opened_s);
     }

@@ -125,7 +125,7 @@ std::string details(const Event& event, const Sender& sender) {
   const std::optional<Usual> usual = usual_of(event.alarm);
   if (!usual) return "";
   const alarm::AlarmGuide& guide = usual->guide;
-  std::string text = fmt::format("\n{} {}\n", event.loop, alarm_words(event.alarm));
+  std::string text = fmt::format("\n{} {}\n", event.loop, alarm_words(event.name()));
   const auto line = [&](const char* what, const std::string& value) {
     if (!value.empty()) text += fmt::format("  {:<15} {}\n", what, value);
   };
@@ -135,7 +135,7 @@ std::string details(const Event& event, const Sender& sender) {
   if (event.change == Change::came) line("Since:", local_time(event.utc_ms, *sender.zone));
   line("Area:", event.area);
   line("Priority:", event.priority);
-  if (event.severity_percent) {
+  if (event.severity_percent && event.name() == event.alarm) {
     line("Size:", fmt::format("{:.1f} % of CO span", *event.severity_percent));
   }
   line("Cause:", said(event.why, guide.cause));
@@ -213,13 +213,15 @@ std::string page_of(const Event& event, const Sender& sender) {
 std::string subject_of(const Event& event) {
   const std::string about =
       event.description.empty() ? "" : fmt::format(" ({})", event.description);
-  return fmt::format("{}{}: {}", event.loop, about, alarm_words(event.alarm));
+  return fmt::format("{}{}: {}", event.loop, about, alarm_words(event.name()));
 }
 
 std::string sentence(const Event& event, const Sender& sender) {
   if (event.alarm == kDaemonAlarm) return daemon_sentence(event);
   std::string text = fmt::format("{} {}", subject_of(event), what_happened(event, sender));
-  if (event.severity_percent) text += fmt::format(", {:.1f} % of CO span", *event.severity_percent);
+  // A size belongs to the alarm's name only.
+  if (event.severity_percent && event.name() == event.alarm)
+    text += fmt::format(", {:.1f} % of CO span", *event.severity_percent);
   if (!event.peer.empty()) text += fmt::format(", by {}", person_of(event.peer));
   if (!event.reason.empty()) text += fmt::format(" ({})", event.reason);
   return text;
@@ -266,6 +268,7 @@ json to_json(const Event& event) {
           {"area", event.area},
           {"priority", event.priority},
           {"of_incident", event.of_incident},
+          {"incident_name", event.incident_name},
           {"why", event.why},
           {"consequence", event.consequence},
           {"action", event.action},
@@ -288,6 +291,7 @@ Event event_from(const json& json) {
           .area = json.value("area", std::string()),
           .priority = json.value("priority", std::string()),
           .of_incident = json.value("of_incident", false),
+          .incident_name = json.value("incident_name", std::string()),
           .why = json.value("why", std::string()),
           .consequence = json.value("consequence", std::string()),
           .action = json.value("action", std::string()),

@@ -101,6 +101,52 @@ TEST_CASE("a lost server is one alarm; its loops are suppressed until they have 
   CHECK(bench.bad_pv(0) == AlarmState::normal);
 }
 
+TEST_CASE("an alarm that is still present after an outage is raised after the on-delay",
+          "[outages]") {
+  Bench bench;
+  alarm::ProcessSettings settings;
+  alarm::ProcessWatch watch(1.0, settings);
+  alarm::ProcessCycle cycle{.pv_good = true,
+                            .output_arrives = true,
+                            .mode = control::Mode::manual,
+                            .requested_mode = control::Mode::automatic};
+  const auto pass = [&](std::uint64_t seconds) {
+    for (std::uint64_t k = 0; k < seconds; ++k) {
+      ++cycle.period_index;
+      for (const alarm::ProcessChange& change : watch.add(cycle).view()) {
+        const supervision::ProcessNews news{change, "test"};
+        bench.alarms.of(0).process_changed({&news, 1});
+      }
+    }
+    bench.alarms.of(0).set_conditions(watch);
+  };
+  const auto mode = [&] {
+    return bench.alarms.snapshot(0).alarms.alarm(AlarmKind::not_normal_mode).state();
+  };
+  bench.feed_bad("A.PV", "server opc.tcp://dcs");
+  bench.alarms.of(0).set_pv_silence(Reason::link_lost);
+  cycle.pv_good = false;
+  cycle.pv_bad = cycle.pv_silent = true;
+  bench.look();
+  pass(20);
+  REQUIRE(mode() == AlarmState::suppressed);
+  // PV is back. The loop is still in manual; bad_pv clears after its off-delay.
+  bench.alarms.of(0).set_pv_silence(Reason::none);
+  cycle.pv_good = true;
+  cycle.pv_bad = cycle.pv_silent = false;
+  pass(1);
+  bench.outages.look(100.0);
+  CHECK(mode() == AlarmState::suppressed);
+  bench.now_ms += 10'000;
+  bench.outages.look(100.0);
+  CHECK(mode() == AlarmState::unacknowledged);
+  CHECK(bench.bad_pv(0) == AlarmState::suppressed);
+  // A second outage suppresses it again.
+  bench.alarms.of(0).set_pv_silence(Reason::link_lost);
+  bench.outages.look(100.0);
+  CHECK(mode() == AlarmState::suppressed);
+}
+
 TEST_CASE("a lost feeder is the alarm of the feeder; a name without values is the loop's own",
           "[outages]") {
   Bench bench;

@@ -23,8 +23,8 @@ constexpr std::int64_t kNow_ms = 1'800'000'000'000;
 
 // Sets $OUT to the folder of `--out` or `--report`.
 constexpr const char* kOut =
-    "for w in \"$@\"; do case $w in --out=*) OUT=${w#--out=};; --report=*) OUT=$(dirname "
-    "${w#--report=});; esac; done\n";
+    "for w in \"$@\"; do case $w in --out=*.html|--report=*) OUT=$(dirname ${w#*=});; --out=*) "
+    "OUT=${w#--out=};; esac; done\n";
 
 bool go_on(milliseconds) {
   std::this_thread::sleep_for(milliseconds(1));
@@ -77,6 +77,8 @@ TEST_CASE("a report is made by the command of its kind, with only its own argume
   using Row = std::tuple<Kind, std::string, std::string, std::string>;
   const auto [kind, page, twin, more] = GENERATE(table<Kind, std::string, std::string, std::string>(
       {Row{Kind::gap, "report.html", "", "--out=OUT\n"},
+       Row{Kind::receipt, "report.html", "/t/twin.yaml",
+           "--out=OUT/report.html\n--model=/t/twin.yaml\n"},
        Row{Kind::gap, "report.html", "/t/twin.yaml", "--out=OUT\n--model=/t/twin.yaml\n"},
        Row{Kind::commission, "report.html", "/t/twin.yaml", "--out=OUT\n--again=/t/twin.yaml\n"},
        Row{Kind::survey, "survey.html", "/t/twin.yaml", "--out=OUT\n"},
@@ -219,6 +221,43 @@ TEST_CASE("a report that is stopped restarts, before later ones", "[reports]") {
   REQUIRE(bench.ended.size() == 1);
   CHECK(bench.ended.front().name == first->name);
   CHECK(bench.ended.front().state == State::done);
+}
+
+TEST_CASE("a receipt waits for its time, also over a restart, and later work delays it",
+          "[reports]") {
+  Bench bench("echo 'FIC-101: repaired.'; touch $OUT/report.html");
+  const auto due_in = [&](std::int64_t ms) {
+    Order order = command_of("FIC-101", Kind::receipt);
+    order.due_ms = order.to_ms = bench.now_ms + ms;
+    return order;
+  };
+  {
+    ReportQueue queue = bench.make();
+    queue.post_later(due_in(1'000'000));
+    queue.post_later(due_in(2'000'000));
+    CHECK_FALSE(queue.run_next(go_on));
+    const auto reports = queue.of("FIC-101").value();
+    REQUIRE(reports.size() == 1);
+    CHECK(reports[0].place == 0);
+    CHECK(reports[0].order.due_ms > kNow_ms + 1'900'000);
+    // It takes no place in the queue.
+    CHECK(queue.post(command_of("FIC-101"))->place == 1);
+    CHECK(queue.run_next(go_on));
+    bench.woken = 0;
+    queue.look_at_due();
+    CHECK(bench.woken == 0);
+  }
+  ReportQueue queue = bench.make();
+  CHECK_FALSE(queue.run_next(go_on));
+  bench.now_ms += 3'000'000;
+  queue.look_at_due();
+  CHECK(bench.woken == 1);
+  CHECK(queue.run_next(go_on));
+  const auto reports = queue.of("FIC-101").value();
+  REQUIRE(reports.size() == 2);
+  CHECK(reports[1].state == State::done);
+  CHECK(reports[1].order.kind == Kind::receipt);
+  CHECK(reports[1].sentence == "FIC-101: repaired.");
 }
 
 TEST_CASE("the progress of a report is shown while it is made", "[reports]") {

@@ -160,6 +160,18 @@ TEST_CASE("a letter has the plant's place, reason and action; the link opens the
   CHECK_THAT(letter(message_with({event}), with_page), !Catch::Contains("Action:"));
 }
 
+TEST_CASE("an incident has the name that the page shows", "[notify][text]") {
+  Event event = event_of("FIC-101");
+  event.of_incident = true;
+  event.incident_name = "low_air_supply";
+  CHECK(sentence(event, sender()) == "FIC-101: Low air supply alarm");
+  const std::string text = letter(message_with({event}), sender());
+  CHECK_THAT(text, Catch::Contains("\nFIC-101 Low air supply\n") && !Catch::Contains("Stiction") &&
+                       !Catch::Contains("Size:"));
+  event.incident_name = "stiction";
+  CHECK(sentence(event, sender()) == "FIC-101: Stiction alarm, 6.1 % of CO span");
+}
+
 TEST_CASE("an alarm that is notified late states since when it is there", "[notify][text]") {
   Event event = event_of("FIC-101");
   event.noticed_ms = kNoon + 59'000;
@@ -183,6 +195,7 @@ TEST_CASE("an event read back from JSON is unchanged", "[notify][text]") {
     event.area = "a";
     event.priority = "low";
     event.of_incident = true;
+    event.incident_name = "i";
     event.why = "w";
     event.action = "x";
     event.time_to_act = "t";

@@ -15,11 +15,14 @@ using nlohmann::json;
 
 // A loop at 1 s. `s`: band of the sticking valve; `load`: intensity of the disturbance.
 void simulate(const TemporaryFolder& folder, const std::string& name, double s, double load,
-              int seed, const std::string& set_points) {
+              int seed, const std::string& set_points,
+              const std::string& gains = "kp: 1.0, ki: 0.12") {
   write_file(folder / "m.yaml",
              "sample_time: 1.0\n"
-             "controller: {kp: 1.0, ki: 0.12, output: [0, 100]}\n"
-             "valve:\n  effects:\n    - {effect: stiction, s: " +
+             "controller: {" +
+                 gains +
+                 ", output: [0, 100]}\n"
+                 "valve:\n  effects:\n    - {effect: stiction, s: " +
                  std::to_string(s) + ", j: " + std::to_string(0.4 * s) +
                  "}\n"
                  "process: {gain: 0.36, time_constant: 4.0, dead_time: 2.0}\n"
@@ -92,6 +95,34 @@ TEST_CASE("another disturbance after the work forbids a saving", "[receipt][prog
   const json said = json::parse(told.text);
   CHECK(said["same_disturbance"] == false);
   CHECK(said["saving"].is_null());
+}
+
+TEST_CASE("new gains are compared on the same disturbance by the model", "[receipt][program]") {
+  const TemporaryFolder folder;
+  const std::string set_points = "[[0, 18], [900, 20], [2700, 17], [4000, 19]]";
+  simulate(folder, "slow.csv", 0.1, 0.02, 1, set_points, "kp: 0.4, ki: 0.02");
+  // The disturbance after the change is smaller.
+  simulate(folder, "calm.csv", 0.1, 0.005, 2, set_points, "kp: 0.4, ki: 0.02");
+  simulate(folder, "fast.csv", 0.1, 0.02, 3, set_points, "kp: 1.0, ki: 0.12");
+  const std::string slow = " --gains-before 0.4 0.02 0 ";
+  const std::string fast = slow + "--gains-after 1.0 0.12 0 ";
+  const auto result = [&](const std::string& arguments) {
+    const ShellOutcome told = receipt(folder, arguments + " --json");
+    INFO(told.text);
+    REQUIRE(told.exit_code == 0);
+    return json::parse(told.text);
+  };
+  const json better = result("F --before slow.csv --after fast.csv --model m.yaml" + fast);
+  CHECK(better["result"] == "improved");
+  CHECK(better["before"]["by_model"][1] < better["before"]["by_model"][0]);
+  const json same = result("F --before slow.csv --after calm.csv --model m.yaml" + slow +
+                           "--gains-after 0.4 0.02 0");
+  CHECK(same["after"]["rms"] < same["before"]["rms"]);
+  CHECK(same["result"] == "no_difference");
+  CHECK(result("F --before fast.csv --after slow.csv --model m.yaml --gains-before 1.0 0.12 0 "
+               "--gains-after 0.4 0.02 0")["result"] == "worse");
+  // Without a model another disturbance can be the cause.
+  CHECK(result("F --before slow.csv --after calm.csv --changed")["result"] == "cant_tell");
 }
 
 TEST_CASE("a repair is recorded with its fault", "[receipt][program]") {
