@@ -55,8 +55,8 @@ MadeTest find_made_test(const TestPlanFile& plan, const std::vector<record::Reco
   MadeTest newest;
   for (const record::Record& record : records) {
     if (record.co.empty()) fail(kExitData, "the record has no column 'co'");
-    const estimator::MadeMove move = estimator::find_move(
-        plan.move, plan.from, moved_signal(plan, record), record.period_s);
+    const estimator::MadeMove move =
+        estimator::find_move(plan.move, plan.from, moved_signal(plan, record), record.period_s);
     if (move.state == State::none) continue;
     newest.move = move;
     if (move.state != State::made) continue;
@@ -71,9 +71,8 @@ std::vector<record::Record> read_later_records(const std::filesystem::path& path
                                                OutputFiles& files) {
   if (!std::filesystem::is_directory(path)) return {RecordInput().read(path).record};
   constexpr std::int64_t kNs = 1'000'000'000;
-  const record::ExportResult exported =
-      record::export_csv(path, files.make_scratch_folder(),
-                         {.from_utc_ns = from_s * kNs, .to_utc_ns = to_s * kNs});
+  const record::ExportResult exported = record::export_csv(
+      path, files.make_scratch_folder(), {.from_utc_ns = from_s * kNs, .to_utc_ns = to_s * kNs});
   std::vector<record::Record> records;
   for (const record::ExportedRecord& one : exported.records) {
     records.push_back(record::read_record(one.path));
