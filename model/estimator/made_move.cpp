@@ -140,7 +140,7 @@ class Finder {
     bool complete = false;   // the record has all of them
   };
   Course course_of(std::size_t begin, double pace) const {
-    const auto blocks = static_cast<std::size_t>(std::ceil(pace * duration_s(planned_) / block_s_));
+    const auto blocks = static_cast<std::size_t>(pace * duration_s(planned_) / block_s_);
     return {blocks, begin + blocks <= blocks_.size()};
   }
 

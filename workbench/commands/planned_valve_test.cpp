@@ -360,12 +360,13 @@ int run_planned_test(const PlannedTestOptions& options) {
   outcome.plan = usable(protocol::read_test_plan(options.plan));
   const fs::path folder = fs::path(options.plan).parent_path();
   outcome.target = options.target;
-  if (outcome.target.empty()) {
-    outcome.target = options.live || !options.record.empty()
-                         ? outcome.plan.loop
-                         : (folder / outcome.plan.model).string();
+  if (outcome.target.empty() && (options.live || !options.record.empty())) {
+    outcome.target = outcome.plan.loop;
   }
-  if (outcome.target.empty()) require("valve-test --plan: the tag of the loop");
+  if (outcome.target.empty()) {
+    if (options.live) require("valve-test --plan --live: the tag of the loop");
+    outcome.target = (folder / outcome.plan.model).string();
+  }
   const fs::path out(options.out);
   if (!options.record.empty()) {
     if (const auto code = take_made_move(options, outcome)) return *code;
