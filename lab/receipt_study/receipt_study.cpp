@@ -170,8 +170,7 @@ GainsCase run_gains_case(std::uint64_t seed, double hours) {
     }
     result.ratio *= std::sqrt(rms[1] / rms[0]);
     const Record& r = records[side];
-    sides[side].record = {
-        .period_s = model.sample_time_s, .pv = r.pv, .sp = r.sp, .co = r.co};
+    sides[side].record = {.period_s = model.sample_time_s, .pv = r.pv, .sp = r.sp, .co = r.co};
     sides[side].rms = rms[side];
     sides[side].unpredicted = diagnosis::unpredicted(r.pv, r.co);
   }
@@ -207,10 +206,11 @@ int run_gains(const ReceiptOptions& options) {
       ++results[static_cast<std::size_t>(change.result)];
       wrong += is_false(change.result, one.ratio) ? 1U : 0U;
     }
-    fmt::print("{:<15} improved {:>4}  worse {:>4}  no difference {:>4}  can't tell {:>4}  false {} "
-               "of {}\n",
-               by_model ? "with a model" : "without a model", results[0], results[1], results[2],
-               results[3], wrong, cases.size());
+    fmt::print(
+        "{:<15} improved {:>4}  worse {:>4}  no difference {:>4}  can't tell {:>4}  false {} "
+        "of {}\n",
+        by_model ? "with a model" : "without a model", results[0], results[1], results[2],
+        results[3], wrong, cases.size());
   }
   if (!options.list) return kExitOk;
   for (std::size_t k = 0; k < cases.size(); ++k) {

@@ -22,7 +22,7 @@
 #include "tests/support/temporary_folder.hpp"
 #include "workbench/files/model_file.hpp"
 #include "workbench/files/test_plan_file.hpp"
-#include "workbench/live/planned_test.hpp"
+#include "daemon/protocol/planned_test/planned_test.hpp"
 
 namespace loopwarden::tests::watched_move_test {
 namespace {
@@ -54,27 +54,35 @@ struct Rig {
   }
 
   // The plan of `gap`, as `explain` would write it.
-  workbench::TestPlanFile planned() const {
+  protocol::TestPlanFile planned() const {
     const std::string record = (folder / "record.csv").string();
     REQUIRE(run(LOOPWARDEN_CLI " simulate " + kExample + "plant.yaml --out " + record).exit_code ==
             0);
     REQUIRE(run(LOOPWARDEN_CLI " gap " + record + " --model " + kExample + "model.yaml --out " +
                 (folder / "gap").string())
                 .exit_code == 0);
-    workbench::TestPlanFile made = workbench::usable(workbench::read_test_plan(folder / "gap/next_test.yaml"));
+    protocol::TestPlanFile made =
+        workbench::usable(protocol::read_test_plan(folder / "gap/next_test.yaml"));
     made.loop = "FIC-205";
     made.model = "twin.yaml";
     const fs::path prepared = folder / "prepared";
-    write_file(prepared / "next_test.yaml", workbench::write_test_plan(made));
+    write_file(prepared / "next_test.yaml", protocol::write_test_plan(made));
     fs::copy(folder / "gap" / made.record, prepared / made.record);
     const nlohmann::json test = {{"text", "To decide: move SP."},
                                  {"planned_at", made.planned_at},
                                  {"valid_until_ms", 1000 * (made.planned_at + 86'400)}};
-    const nlohmann::json explanation = {
-        {"alarm", "model_gap"}, {"final_name", nullptr}, {"raised_ms", 1'800'000'000'000},
-        {"ended_ms", 1'800'000'000'100}, {"verdict", "missing_effect"}, {"gap_closed", 0.9},
-        {"agrees", true}, {"from_s", nullptr}, {"sentence", "Two causes are likely."},
-        {"next_test", test}, {"first", nullptr}, {"effects", nlohmann::json::array()}};
+    const nlohmann::json explanation = {{"alarm", "model_gap"},
+                                        {"final_name", nullptr},
+                                        {"raised_ms", 1'800'000'000'000},
+                                        {"ended_ms", 1'800'000'000'100},
+                                        {"verdict", "missing_effect"},
+                                        {"gap_closed", 0.9},
+                                        {"agrees", true},
+                                        {"from_s", nullptr},
+                                        {"sentence", "Two causes are likely."},
+                                        {"next_test", test},
+                                        {"first", nullptr},
+                                        {"effects", nlohmann::json::array()}};
     write_file(prepared / "explanation.json", explanation.dump());
     return made;
   }
@@ -109,7 +117,7 @@ struct Rig {
     return false;
   }
   // Records a test with the rest before it, then some more rest.
-  void records(const workbench::TestRecord& made) {
+  void records(const protocol::TestRecord& made) {
     std::vector<record::RecordRow> rows;
     constexpr std::size_t kMore = 200;
     for (std::size_t row = 0; row < made.pv.size() + kMore; ++row) {
@@ -135,7 +143,7 @@ struct Rig {
   }
 
   TemporaryFolder folder;
-  workbench::TestPlanFile plan;
+  protocol::TestPlanFile plan;
   std::int64_t begun_ns = base::MonotonicClock().now_ns() + 2'000'000'000;
   std::uint64_t period = 1;
   record::SegmentWriter segments{
@@ -161,16 +169,16 @@ TEST_CASE("the move of a slip is found in the recording and closes the case, acr
   rig.raise();
   REQUIRE(rig.shows("open: the move was not seen yet"));
 
-  workbench::TestPlanFile another = rig.plan;
+  protocol::TestPlanFile another = rig.plan;
   another.move = {estimator::MoveKind::set_point_pair, -6.0 * rig.plan.move.size, 30.0};
   const plant::LoopModel truth = workbench::load_model(kExample + "plant.yaml");
-  rig.records(workbench::simulate_test(truth, another));
+  rig.records(protocol::simulate_test(truth, another));
   REQUIRE(rig.shows("Another move than proposed was seen"));
   CHECK(rig.shows("open: the move was not seen yet"));
 
   rig.start();
   CHECK(rig.shows("Another move than proposed was seen"));
-  rig.records(workbench::simulate_test(truth, rig.plan));
+  rig.records(protocol::simulate_test(truth, rig.plan));
   REQUIRE(rig.shows("done: decided stiction"));
 
   rig.start();

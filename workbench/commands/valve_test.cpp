@@ -253,13 +253,11 @@ void add_valve_test(Program& program) {
   command.flag("--json", o.json, "print the result as JSON");
   add_background(command, o.background);
   command.footer(
-      "Live, it needs --low, --high, --pv-low and --pv-high, or --plan. The daemon restores "
-      "output, "
-      "mode and\nset point at every end, also 60 s after kill -9. Exit code 75: ended early, or "
-      "the move of\n--plan is not in --record.\n"
+      "Live, it needs --low, --high, --pv-low and --pv-high, or --plan. At every end, also 60 s "
+      "after kill -9,\nthe daemon restores output, mode and set point. Exit code 75: ended early, "
+      "or the move of\n--plan is not in --record.\n"
       "Examples: loopwarden valve-test FIC-101 --live --low 3 --high 5 --pv-low 2 --pv-high 8 "
-      "--out "
-      "test\n"
+      "--out test\n"
       "          loopwarden valve-test FIC-101 --plan gap/next_test.yaml --live --out test");
 }
 

@@ -103,12 +103,12 @@ void TestRunner::change(const std::function<void(TestState&)>& how) {
   how(*state_);
 }
 
-// Returns why the test must end; empty: it goes on.
+// Returns why the test must end; empty: it continues.
 std::string TestRunner::watch(const protocol::TestProgress& now) {
   const std::lock_guard lock(mutex_);
   state_->now = now;
   if (stop_.empty() && Clock::now() - seen_ > kUnseen) {
-    stop_ = "nobody has followed it on the page for 60 s";
+    stop_ = "the page of the loop was not open for 60 s";
   }
   return stop_;
 }

@@ -2,7 +2,7 @@
 // Carries out a proposed test of a loop for an engineer at the page, and judges it.
 //
 // The daemon checks each move and restores the loop. This process shows the signs of life. The test
-// ends if nobody has followed it for a minute: a closed or hidden page can't stop it.
+// ends if the engineer's browser has not shown it for 60 s, because a closed page can't stop it.
 #pragma once
 
 #include <chrono>
@@ -57,7 +57,7 @@ class TestRunner {
   std::string why_not(const protocol::TestPlanFile& plan);
   // Returns false if a test runs already.
   bool start(WantedTest test);
-  // Ends the test of this loop. Returns false if there is none.
+  // Ends the test of this loop. Returns false if no test moves it.
   bool stop(const std::string& loop, const std::string& why);
   // Returns the newest test of the loop. `follows`: for the user who watches it.
   std::optional<TestState> state(const std::string& loop, bool follows);
@@ -73,7 +73,7 @@ class TestRunner {
   protocol::Daemon& orders_;
   std::mutex mutex_;
   std::optional<TestState> state_;
-  std::string stop_;  // the reason; empty: it goes on
+  std::string stop_;  // the reason; empty: it continues
   bool quits_ = false;
   Clock::time_point seen_{};
   base::Thread thread_;

@@ -7,10 +7,11 @@ import {texts} from '../texts.js';
 export const actions = {say: () => {}};
 
 // Shows a form. `accept(data, dialog)` returns a promise. If it throws, the error is shown and the form stays open.
-export function ask({title, body, accept, label, grave = false}) {
+// `long`: the title has the focus first, so that the dialog begins at its top.
+export function ask({title, body, accept, label, grave = false, long = false}) {
   const trouble = el('p', {class: 'trouble', role: 'alert', hidden: true});
   const go = el('button', {type: 'submit', class: grave ? 'grave' : 'main'}, label);
-  const form = el('form', {}, el('h2', {id: 'dialog-title'}, title), body, trouble,
+  const form = el('form', {}, el('h2', {id: 'dialog-title', tabindex: long ? -1 : null, autofocus: long}, title), body, trouble,
     el('div', {class: 'buttons'}, el('button', {type: 'button', click: () => dialog.close('cancel')}, texts.cancel), go));
   const dialog = el('dialog', {'aria-labelledby': 'dialog-title'}, form);
   form.addEventListener('submit', async (event) => {

@@ -19,13 +19,12 @@ function whyNot() {
   return session.login && live.describe.page?.tests ? t.needsEngineer : t.off;
 }
 
-// What the test does, at the worst, and what each outcome means.
+// The move with its largest deviations, and the meaning of each outcome.
 function about(loop, plan) {
   const pv = loop.pv_unit || 'PV', co = loop.co_unit || 'CO', number = (value, range) => fixed(value, decimalsFor(range) + 1);
   const within = ([low, high], range, unit) => fill(t.range, {low: number(low, range), high: number(high, range), unit});
   const size = Math.abs(plan.size), [range, unit] = plan.manual ? [loop.co_range, co] : [loop.pv_range, pv];
-  // With the focus, so that a long dialog begins at its top.
-  return el('div', {tabindex: -1, autofocus: true}, facts([[texts.acting.tag, loop.tag],
+  return el('div', {}, facts([[texts.acting.tag, loop.tag],
     [t.move, fill(plan.manual ? t.output : t.setPoint, {size: number(size, range), from: number(plan.from, range), unit, kind: t.moves[plan.move] ?? plan.move})],
     [t.lasts, duration(plan.duration_s)],
     [t.worst, fill(t.swings, {pv: `${significant(plan.pv_swing)} ${pv}`, co: `${significant(plan.output_swing)} ${co}`})],
@@ -38,7 +37,7 @@ function about(loop, plan) {
 }
 
 function read(loop, plan, after) {
-  ask({title: fill(t.title, {tag: loop.tag}), label: texts.goOn, body: about(loop, plan), accept: async () => { setTimeout(() => confirm(loop, plan, after)); }});
+  ask({title: fill(t.title, {tag: loop.tag}), label: texts.goOn, long: true, body: about(loop, plan), accept: async () => { setTimeout(() => confirm(loop, plan, after)); }});
 }
 
 function confirm(loop, plan, after) {

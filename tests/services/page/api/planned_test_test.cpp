@@ -151,7 +151,7 @@ TEST_CASE("a test needs an engineer, the right, the typed tag and a plan that is
     rig.now.state = page::box_state_of(describe_of_two());
     refused(rig.start("ella", confirm), 403, "tests: true");
   }
-  SECTION("a plan that can't be read is none") {
+  SECTION("a plan that can't be read is not offered") {
     write_file(rig.folder / "state/evidence" / kEvidence / "next_test.yaml",
                with(kPlan, "size: 0.15", "size: 0"));
     CHECK(rig.shown()["plan"].is_null());
