@@ -15,7 +15,6 @@
 #include "base/parallel.hpp"
 #include "lab/program/studies.hpp"
 #include "model/analysis/gain_comparison.hpp"
-#include "model/diagnosis/change.hpp"
 #include "model/diagnosis/repair.hpp"
 #include "model/numeric/random.hpp"
 #include "model/plant/simulated_loop.hpp"
@@ -135,7 +134,7 @@ double rms_of(const Record& record) {
 
 struct GainsCase {
   double ratio = 1.0;  // of the RMS after and before on the same disturbance, the truth
-  diagnosis::Change by_model{}, by_records{};
+  analysis::GainChange found{};
 };
 
 // Half of the cases keep the gains. The model is up to 15 % off.
@@ -155,40 +154,38 @@ GainsCase run_gains_case(std::uint64_t seed, double hours) {
        {&known.process.gain, &known.process.time_constant_s, &known.process.dead_time_s})
     *one *= random.between(0.85, 1.15);
   GainsCase result;
-  std::array<Record, 2> records;
-  std::array<diagnosis::ChangeSide, 2> sides;
+  std::array<analysis::GainRecord, 2> sides;
   for (std::size_t side = 0; side < 2; ++side) {
     plant::LoopModel part = model;
     draw_disturbance(random, part, hours);
     part.scenario.seed = 100 * seed + side;
     std::array<double, 2> rms{};
+    Record made;
     for (std::size_t k = 0; k < 2; ++k) {
       part.controller.pid.gains = gains[k];
       Record record = simulated(part, hours);
       rms[k] = rms_of(record);
-      if (k == side) records[side] = std::move(record);
+      if (k == side) made = std::move(record);
     }
     result.ratio *= std::sqrt(rms[1] / rms[0]);
-    const Record& r = records[side];
-    sides[side].record = {.period_s = model.sample_time_s, .pv = r.pv, .sp = r.sp, .co = r.co};
-    sides[side].rms = rms[side];
-    sides[side].unpredicted = diagnosis::unpredicted(r.pv, r.co);
+    sides[side] = {
+        .rms = rms[side],
+        .by_model = analysis::compare_gains(
+            {.period_s = model.sample_time_s, .pv = made.pv, .sp = made.sp, .co = made.co}, known,
+            gains)};
   }
-  result.by_records = diagnosis::judge_change(sides[0], sides[1]);
-  for (diagnosis::ChangeSide& side : sides)
-    side.by_model = analysis::compare_gains(side.record, known, gains);
-  result.by_model = diagnosis::judge_change(sides[0], sides[1]);
+  result.found = analysis::judge_gains(sides[0], sides[1]);
   return result;
 }
 
-bool is_false(diagnosis::ChangeResult result, double ratio) {
+bool is_false(analysis::GainResult result, double ratio) {
   constexpr double kSame = 1.03;
   constexpr double kAlike = 1.25;
   switch (result) {
-    case diagnosis::ChangeResult::improved: return ratio > 1.0 / kSame;
-    case diagnosis::ChangeResult::worse: return ratio < kSame;
-    case diagnosis::ChangeResult::no_difference: return std::max(ratio, 1.0 / ratio) > kAlike;
-    case diagnosis::ChangeResult::cant_tell: break;
+    case analysis::GainResult::improved: return ratio > 1.0 / kSame;
+    case analysis::GainResult::worse: return ratio < kSame;
+    case analysis::GainResult::no_difference: return std::max(ratio, 1.0 / ratio) > kAlike;
+    case analysis::GainResult::cant_tell: break;
   }
   return false;
 }
@@ -198,26 +195,19 @@ int run_gains(const ReceiptOptions& options) {
   base::parallel_for(options.cases, options.threads, [&](std::size_t k) {
     cases[k] = run_gains_case(options.seed + k, options.hours);
   });
-  for (const bool by_model : {true, false}) {
-    std::array<std::size_t, 4> results{};
-    std::size_t wrong = 0;
-    for (const GainsCase& one : cases) {
-      const diagnosis::Change& change = by_model ? one.by_model : one.by_records;
-      ++results[static_cast<std::size_t>(change.result)];
-      wrong += is_false(change.result, one.ratio) ? 1U : 0U;
-    }
-    fmt::print(
-        "{:<15} improved {:>4}  worse {:>4}  no difference {:>4}  can't tell {:>4}  false {} "
-        "of {}\n",
-        by_model ? "with a model" : "without a model", results[0], results[1], results[2],
-        results[3], wrong, cases.size());
+  std::array<std::size_t, 4> results{};
+  std::size_t wrong = 0;
+  for (const GainsCase& one : cases) {
+    ++results[static_cast<std::size_t>(one.found.result)];
+    wrong += is_false(one.found.result, one.ratio) ? 1U : 0U;
   }
+  fmt::print("improved {:>4}  worse {:>4}  no difference {:>4}  can't tell {:>4}\n", results[0],
+             results[1], results[2], results[3]);
+  fmt::print("false receipts {} of {}\n", wrong, cases.size());
   if (!options.list) return kExitOk;
   for (std::size_t k = 0; k < cases.size(); ++k) {
-    const GainsCase& one = cases[k];
-    fmt::print("{} ratio {:.2f} model: {} ({}), records: {} ({})\n", options.seed + k, one.ratio,
-               diagnosis::to_text(one.by_model.result), one.by_model.why,
-               diagnosis::to_text(one.by_records.result), one.by_records.why);
+    fmt::print("{} ratio {:.2f}: {}, {}\n", options.seed + k, cases[k].ratio,
+               analysis::to_text(cases[k].found.result), cases[k].found.why);
   }
   return kExitOk;
 }

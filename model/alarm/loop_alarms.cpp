@@ -145,6 +145,7 @@ void LoopAlarms::find_root() noexcept {
 }
 
 std::optional<AlarmKind> LoopAlarms::cause_of(AlarmKind kind) const noexcept {
+  if (own_[index_of(kind)]) return std::nullopt;  // its cause clears, but it stays
   for (const AlarmKind cause : kAlarmKinds) {
     const bool known = is_of_pv(kind) && loses_pv(cause) && !pv_lost_;
     if (follows(kind, cause) && alarm(cause).active() && !known) return cause;

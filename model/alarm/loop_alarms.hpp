@@ -98,7 +98,8 @@ class LoopAlarms {
   AlarmTransitions pv_lost(bool lost) noexcept;
   // Reports whether an alarm of the box stands for the loss of the loop's connection.
   AlarmTransitions behind_outage(bool behind) noexcept;
-  // The connection is back, but `kind` is still present, so it is the loop's own.
+  // The connection is back, but `kind` is still present: it follows from no other alarm until the
+  // next call of behind_outage().
   AlarmTransitions still_there(AlarmKind kind) noexcept;
   // Returns whether `kind` follows from the lost connection.
   bool follows_outage(AlarmKind kind) const noexcept;

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "model/control/pid.hpp"
+#include "model/numeric/enum_name.hpp"
 #include "model/plant/process.hpp"
 
 namespace loopwarden::analysis {
@@ -37,6 +38,11 @@ double simulated_rms(const numeric::LoopView& record, const plant::LoopModel& mo
   return std::sqrt(squares / static_cast<double>(disturbance.size() - 1));
 }
 
+// Returns whether the model reproduces the measured RMS.
+bool fits(double simulated, double measured) noexcept {
+  return std::max(simulated / measured, measured / simulated) <= GainLimits::kModelFits;
+}
+
 }  // namespace
 
 std::optional<std::array<double, 2>> compare_gains(const numeric::LoopView& record,
@@ -53,6 +59,30 @@ std::optional<std::array<double, 2>> compare_gains(const numeric::LoopView& reco
     if (!std::isfinite(rms[k])) return std::nullopt;
   }
   return rms;
+}
+
+const char* to_text(GainResult result) noexcept {
+  return numeric::enum_name<GainResult::cant_tell>(
+      result, {"improved", "worse", "no_difference", "cant_tell"});
+}
+
+GainChange judge_gains(const GainRecord& before, const GainRecord& after) {
+  if (!before.by_model || !after.by_model)
+    return {GainResult::cant_tell,
+            "gains can be compared only with a model of the loop, and with records that have SP"};
+  const auto& [old_before, new_before] = *before.by_model;
+  const auto& [old_after, new_after] = *after.by_model;
+  if (!fits(old_before, before.rms) || !fits(new_after, after.rms))
+    return {GainResult::cant_tell, "the model does not reproduce the records"};
+  const double least = std::min(new_before / old_before, new_after / old_after);
+  const double most = std::max(new_before / old_before, new_after / old_after);
+  if (most <= GainLimits::kAlike)
+    return {GainResult::improved, "on the same disturbance SP - PV is smaller"};
+  if (least >= 1.0 / GainLimits::kAlike)
+    return {GainResult::worse, "on the same disturbance SP - PV is larger"};
+  if (least > GainLimits::kAlike && most < 1.0 / GainLimits::kAlike)
+    return {GainResult::no_difference, "on the same disturbance SP - PV changes by less than 10 %"};
+  return {GainResult::cant_tell, "the disturbances before and after give different answers"};
 }
 
 }  // namespace loopwarden::analysis

@@ -40,7 +40,6 @@ struct ReceiptCommand {
   std::string since, until;
   std::string model;
   std::vector<double> gains_before, gains_after;
-  bool changed = false;
   bool background = false;
   double hours = 8.0;
   double settle_min = 10.0;
@@ -56,24 +55,24 @@ struct ReceiptCommand {
 struct Work {
   std::int64_t from_ms = 0, to_ms = 0;
   std::string found;               // of the newest repair
-  bool repair = false;             // of a fault
+  bool gains_only = true;          // neither a repair nor another change
   std::vector<std::string> lines;  // oldest first
   std::string gains_before, gains_after;
 };
 
 // Adds what the line reports. Lines come in the order newest first.
 void add_line(Work& work, const protocol::JournalLine& line) {
-  std::string text;
+  std::string text = line.reason;
   if (line.what == "gains") {
     work.gains_before = line.old_;
     if (work.gains_after.empty()) work.gains_after = line.new_;
     text = fmt::format("gains: {}, before {}", line.new_, line.old_);
-  } else if (line.reason.starts_with(protocol::kRepaired)) {
-    if (!work.repair) work.found = line.new_;
-    work.repair = true;
-    text = fmt::format("{}: {}", line.new_, line.reason);
   } else {
-    text = line.reason;
+    work.gains_only = false;
+  }
+  if (line.reason.starts_with(protocol::kRepaired)) {
+    if (work.found.empty()) work.found = line.new_;
+    text = fmt::format("{}: {}", line.new_, line.reason);
   }
   work.from_ms = line.utc_ms;
   if (work.to_ms == 0) work.to_ms = line.utc_ms;
@@ -131,7 +130,7 @@ std::vector<record::Imported> imported(const ReceiptCommand& options,
 ReceiptInput from_daemon(const ReceiptCommand& options, const fs::path& folder) {
   DaemonClient daemon(options.socket);
   const double accelerate = protocol::ask(daemon, protocol::DescribeRequest{}).accelerate;
-  ReceiptInput input{.tag = options.tag, .found = options.found, .repair = !options.changed};
+  ReceiptInput input{.tag = options.tag, .found = options.found};
   constexpr std::int64_t kNsPerMs = 1'000'000;
   std::int64_t begin_ns = utc_ns_of(options.at).value_or(0);
   std::int64_t end_ns = begin_ns;
@@ -146,7 +145,7 @@ ReceiptInput from_daemon(const ReceiptCommand& options, const fs::path& folder) 
     begin_ns = work->from_ms * kNsPerMs;
     end_ns = work->to_ms * kNsPerMs;
     if (input.found.empty()) input.found = work->found;
-    input.repair = work->repair;
+    input.gains_only = work->gains_only;
     input.work = work->lines;
     const auto before = gains_in(work->gains_before);
     const auto after = gains_in(work->gains_after);
@@ -205,7 +204,7 @@ void add_model(const ReceiptCommand& options, ReceiptInput& input) {
     return control::PidGains{.kp = given[0], .ki = given[1], .kd = given[2]};
   };
   if (!options.gains_before.empty() && !options.gains_after.empty()) {
-    input.repair = false;
+    input.gains_only = true;
     input.gains = {gains(options.gains_before), gains(options.gains_after)};
   }
   if (options.model.empty()) return;
@@ -228,7 +227,6 @@ int run_receipt(const ReceiptCommand& given) {
     input = {.tag = options.tag,
              .found = options.found,
              .worked_at = options.at,
-             .repair = !options.changed,
              .before = imported(options, options.before),
              .after = imported(options, options.after)};
     const record::Imported& first = input.before.front();
@@ -280,8 +278,6 @@ void add_receipt(Program& program) {
   command.option("--until", o.until, "UTC end of the record after, in place of --hours");
   command.option("--found", o.found, "what was found at the valve; default: that answer's",
                  one_of(found_words()));
-  command.flag("--changed", o.changed,
-               "the work repaired no fault: compare SP - PV in place of the valve's effect");
   command.option("--model", o.model,
                  "model or twin of the loop: compare new gains on the same disturbance");
   const Option before =

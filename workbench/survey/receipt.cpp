@@ -247,15 +247,12 @@ Result result_of(const ReceiptInput& input, const diagnosis::Repair& repair, con
   constexpr double kLeastHours = 0.5;
   if (std::min(before.hours, after.hours) < kLeastHours)
     return {open, "a record is shorter than half an hour"};
-  if (!input.repair) {
+  if (input.gains_only) {
     const auto side = [](const Side& one) {
-      return diagnosis::ChangeSide{.record = one.complete.view(),
-                                   .rms = rms_of(errors_of(one.complete)),
-                                   .unpredicted = one.unpredicted,
-                                   .by_model = one.by_model};
+      return analysis::GainRecord{.rms = rms_of(errors_of(one.complete)), .by_model = one.by_model};
     };
-    const diagnosis::Change change = diagnosis::judge_change(side(before), side(after));
-    return {diagnosis::to_text(change.result), change.why};
+    const analysis::GainChange change = analysis::judge_gains(side(before), side(after));
+    return {analysis::to_text(change.result), change.why};
   }
   if (repair.result == RepairResult::repaired && same_disturbance &&
       after.figures.error >= before.figures.error)

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The receipt of work at a loop: the records before and after a repair (model/diagnosis/repair.hpp)
-// or another change, such as new gains (model/diagnosis/change.hpp).
+// or another change, or new gains (model/analysis/gain_comparison.hpp).
 #pragma once
 
 #include <array>
@@ -9,7 +9,6 @@
 #include <string>
 #include <vector>
 
-#include "model/diagnosis/change.hpp"
 #include "model/diagnosis/repair.hpp"
 #include "model/plant/loop_model.hpp"
 #include "record/import/importer.hpp"
@@ -21,7 +20,7 @@ struct ReceiptInput {
   std::string tag{};
   std::string found{};              // by the technician; empty: not reported
   std::string worked_at{};          // UTC; empty: unknown
-  bool repair = true;               // of a fault at the valve; false: another change
+  bool gains_only = false;          // the work was a change of the gains
   std::vector<std::string> work{};  // as the journal has it, oldest first
   // At least one record each, in the order of time.
   std::vector<record::Imported> before{}, after{};

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 import assert from 'node:assert/strict';
 import test from 'node:test';
-import {KINDS, atWork, sent, shown, told} from '../../../../services/page/site/lib/asked.js';
+import {KINDS, atWork, receiptOf, sent, shown, told} from '../../../../services/page/site/lib/asked.js';
 import {duration} from '../../../../services/page/site/lib/format.js';
 import {texts} from '../../../../services/page/site/texts.js';
 
@@ -34,7 +34,15 @@ test('the list is requested often while a report waits or is in work', () => {
   assert.equal(atWork([{state: 'running'}]), true);
 });
 
+test('a receipt waits for the end of its record, and the newest one is shown', () => {
+  const waits = {kind: 'receipt', state: 'waiting', place: null, due_ms: 7000}, done = {kind: 'receipt', state: 'done'};
+  assert.deepEqual(told(waits, 0), {key: 'due', values: {time: 7000}});
+  assert.equal(atWork([waits]), false);
+  assert.equal(receiptOf([{kind: 'gap', state: 'done'}, waits, done]), waits);
+  assert.equal(receiptOf([{kind: 'gap', state: 'done'}]), null);
+});
+
 test('every kind and state has a text', () => {
   for (const kind of KINDS) assert.ok(texts.asked.kinds[kind] && texts.asked.means[kind], kind);
-  for (const key of ['waiting', 'running', 'doing', 'done', 'failed']) assert.ok(texts.asked.states[key], key);
+  for (const key of ['waiting', 'due', 'running', 'doing', 'done', 'failed']) assert.ok(texts.asked.states[key], key);
 });
