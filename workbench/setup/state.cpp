@@ -4,6 +4,7 @@
 #include <fcntl.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <nlohmann/json.hpp>
 #include <utility>
 
@@ -12,6 +13,17 @@
 #include "workbench/setup/questions.hpp"
 
 namespace loopwarden::workbench::setup {
+namespace {
+
+CommandError not_written(const base::FileError& failed) {
+  std::string text = failed.text();
+  if (failed.error == EACCES) {
+    text += ". Setup writes the daemon's configuration: run it as root, for example with sudo";
+  }
+  return {kExitIo, text};
+}
+
+}  // namespace
 
 State::State(std::filesystem::path file) : file_(std::move(file)) {
   if (!std::filesystem::exists(file_)) {
@@ -145,6 +157,9 @@ void State::file_changed() {
 void State::save() {
   std::error_code error;
   std::filesystem::create_directories(file_.parent_path(), error);
+  if (error) {
+    throw not_written({.file = file_.parent_path(), .error = error.value()});
+  }
   nlohmann::json all = {{"answers", answers_}, {"steps", steps_}, {"found", found_}};
   if (!earlier_.empty()) all["earlier"] = earlier_;
   if (!said_.empty()) all["said"] = said_;
@@ -167,7 +182,7 @@ void State::save() {
   if (const auto failed = base::replace_file(
           file_, all.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n",
           {.mode = kReadByAll, .prepare = lock})) {
-    throw CommandError(kExitIo, failed->text());
+    throw not_written(*failed);
   }
   held_ = std::move(held);
 }
