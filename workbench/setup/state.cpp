@@ -67,7 +67,7 @@ void State::said(const std::string& id, const std::string& text) {
 
 std::string State::take_back() {
   while (!said_.empty()) {
-    const std::string last = std::move(said_.back());
+    std::string last = std::move(said_.back());
     said_.pop_back();
     if (!answers_.contains(last)) continue;
     forget_answer(last);
