@@ -209,8 +209,9 @@ class Demo {
         active_.count(incident.name) != 0 ? incident.name : *active_.begin();
     const protocol::Explained explained =
         protocol::ask(daemon_, protocol::ExplainRequest{.loop = loop_, .alarm = telling});
-    fmt::print("The valve still has {}, although the loop is compensated: {}.\n{}.\n", telling,
-               explained.cause, explained.action);
+    fmt::print("The valve still has {}{}: {}.\n{}.\n", telling,
+               acts_ ? ", although the loop is compensated" : "", explained.cause,
+               explained.action);
     if (loop.explanation) {
       fmt::print("Explanation by the twin: {}\nThe picture: {}/report.html\n",
                  loop.explanation->sentence, loop.explanation->folder);
