@@ -154,12 +154,16 @@ TEST_CASE("areas and masters come from loop files, and diagnose names the master
   const std::string record = LOOPWARDEN_SOURCE_DIR "/examples/routine/r22.csv";
   write_file(folder / "exports/FIC-205.csv", read_file(record));
   write_file(folder / "etc/loopwardend.yaml", "feeders: {plant: {user: root}}\n");
-  write_file(folder / "etc/loops.d/FIC-205.yaml",
-             "loop: FIC-205\narea: Unit 2/Reactor\ncascade: {master: TIC-101}\n"
-             "control: elsewhere\nsample_time: 1\n"
-             "process_variable: {unit: m3/h, range: [0, 40]}\n"
-             "output: {unit: \"%\", range: [0, 100]}\n"
-             "io:\n  backend: feed\n  pv: {feed: \"plant:P\"}\n  co: {feed: \"plant:C\"}\n");
+  const auto loop_file = [&](const std::string& tag, const std::string& more) {
+    write_file(folder / ("etc/loops.d/" + tag + ".yaml"),
+               "loop: " + tag + "\ncontrol: elsewhere\nsample_time: 1\n" + more +
+                   "process_variable: {unit: m3/h, range: [0, 40]}\n"
+                   "output: {unit: \"%\", range: [0, 100]}\nio:\n  backend: feed\n  pv: {feed: "
+                   "\"plant:" +
+                   tag + ".PV\"}\n  co: {feed: \"plant:" + tag + ".OP\"}\n");
+  };
+  loop_file("TIC-101", "");
+  loop_file("FIC-205", "area: Unit 2/Reactor\ncascade: {master: TIC-101}\n");
   const ShellOutcome surveyed =
       run("cd " + folder.path().string() +
           " && " LOOPWARDEN_CLI " survey exports --out s --loop-files etc --json 2>/dev/null");
