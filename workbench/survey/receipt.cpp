@@ -168,7 +168,10 @@ json saving_json(const ReceiptInput& input, const Side& before, const Side& afte
   }
   if (!(span > 0.0)) return nullptr;
   const Costs& costs = input.costs;
-  const double swing = 100.0 * (before.figures.error - after.figures.error) / span;
+  // By the model, another set point does not count as a saving.
+  const double less = before.by_model ? (*before.by_model)[0] - (*before.by_model)[1]
+                                      : before.figures.error - after.figures.error;
+  const double swing = 100.0 * less / span;
   const double strokes = (before.figures.travel_per_hour - after.figures.travel_per_hour) /
                          (input.co_range[1] - input.co_range[0]) * costs.hours_per_year;
   const Range loss = costs.loss_of(input.kind);

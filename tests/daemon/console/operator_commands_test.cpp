@@ -56,6 +56,42 @@ Commissioning::Clock::time_point later(int seconds) {
 
 }  // namespace
 
+TEST_CASE("a repair, a change and new gains have one receipt, hours later") {
+  Bench bench;
+  bench.run(2);
+  const auto go_on = [](std::chrono::milliseconds) { return false; };
+  bench.reports.run_next(go_on);  // loads the reports
+  const auto receipts = [&] {
+    bench.operators.collect();
+    return bench.reports.of("FIC-101").value();
+  };
+  json outcome{{"request", "outcome"}, {"found", "stiction"}, {"note", "packing"}};
+  const auto tell = [&](const std::string& note) {
+    outcome["note"] = note;
+    bench.operators.answer("outcome", outcome, {.peer = "uid 0"});
+  };
+  outcome["loop"] = "FIC-101";
+  tell("packing");
+  CHECK(receipts().empty());
+  tell("repaired; packing");
+  REQUIRE(receipts().size() == 1);
+  const reports::Report first = receipts()[0];
+  CHECK(first.order.kind == reports::Kind::receipt);
+  CHECK(first.order.due_ms == first.order.to_ms);
+  CHECK(first.order.due_ms - bench.now_ms == 15'000'000);
+  CHECK(bench.now_ms - first.order.from_ms == 28'800'000);
+  bench.now_ms += 60'000;
+  tell("changed: positioner gain 8 to 12");
+  bench.now_ms += 60'000;
+  CHECK(bench.order({{"request", "tune"}, {"kp", 3.0}, {"ki", 0.25}, {"kd", 0.0}}).at("ok") ==
+        true);
+  bench.run(2);
+  REQUIRE(receipts().size() == 1);
+  CHECK(receipts()[0].order.due_ms == first.order.due_ms + 120'000);
+  CHECK(receipts()[0].order.from_ms == first.order.from_ms);
+  CHECK_FALSE(bench.reports.run_next(go_on));
+}
+
 TEST_CASE("a loop in commissioning obeys only the holder of the session") {
   Bench bench;
   bench.run(2);

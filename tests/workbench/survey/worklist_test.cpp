@@ -148,6 +148,33 @@ TEST_CASE("the list names the slave's valve in place of the master's tuning",
                 site)[0]["action"] == "tune");
 }
 
+TEST_CASE("areas and masters come from loop files, and diagnose names the master",
+          "[survey][worklist][cascade][program]") {
+  const TemporaryFolder folder;
+  const std::string record = LOOPWARDEN_SOURCE_DIR "/examples/routine/r22.csv";
+  write_file(folder / "exports/FIC-205.csv", read_file(record));
+  write_file(folder / "etc/loopwardend.yaml", "feeders: {plant: {user: root}}\n");
+  const auto loop_file = [&](const std::string& tag, const std::string& more) {
+    write_file(folder / ("etc/loops.d/" + tag + ".yaml"),
+               "loop: " + tag + "\ncontrol: elsewhere\nsample_time: 1\n" + more +
+                   "process_variable: {unit: m3/h, range: [0, 40]}\n"
+                   "output: {unit: \"%\", range: [0, 100]}\nio:\n  backend: feed\n  pv: {feed: "
+                   "\"plant:" +
+                   tag + ".PV\"}\n  co: {feed: \"plant:" + tag + ".OP\"}\n");
+  };
+  loop_file("TIC-101", "");
+  loop_file("FIC-205", "area: Unit 2/Reactor\ncascade: {master: TIC-101}\n");
+  const ShellOutcome surveyed =
+      run("cd " + folder.path().string() +
+          " && " LOOPWARDEN_CLI " survey exports --out s --loop-files etc --json 2>/dev/null");
+  REQUIRE(surveyed.exit_code == 0);
+  const json loop = json::parse(surveyed.text)["loops"][0];
+  CHECK(loop["area"] == "Unit 2/Reactor");
+  CHECK(loop["master"] == "TIC-101");
+  CHECK_THAT(run(LOOPWARDEN_CLI " diagnose " + record + " --master TIC-101").text,
+             Contains("master: TIC-101 moves the set point"));
+}
+
 TEST_CASE("costs of a site replace the defaults, and errors are strict", "[survey][worklist]") {
   const auto costs = read_costs_text("c.yaml",
                                      "currency: USD\n"
