@@ -301,7 +301,6 @@ int run_planned_test(const PlannedTestOptions& options) {
     outcome.test = protocol::judge_test(
         outcome.plan, outcome.record, record::read_record(folder / outcome.plan.record),
         load_model((folder / outcome.plan.model).string()), on_threads(threads(0)));
-    keep(options, outcome);
   }
   const json result = as_json(outcome);
   if (!outcome.record.pv.empty()) {
@@ -312,6 +311,7 @@ int run_planned_test(const PlannedTestOptions& options) {
   files.add(out / "test.json", result.dump(2) + "\n");
   files.add(out / "report.html", page(outcome));
   files.commit();
+  if (outcome.ended_early.empty()) keep(options, outcome);
   options.json ? show_json(result) : print_text(outcome);
   if (!outcome.ended_early.empty()) return kExitTryAgain;
   return kExitOk;
