@@ -388,7 +388,6 @@ int run_planned_test(const PlannedTestOptions& options) {
     outcome.test = protocol::judge_test(
         outcome.plan, outcome.record, record::read_record(folder / outcome.plan.record),
         load_model((folder / outcome.plan.model).string()), on_threads(threads(0)));
-    keep(options, outcome);
   }
   const json result = as_json(outcome);
   if (!outcome.record.pv.empty()) {
@@ -399,6 +398,7 @@ int run_planned_test(const PlannedTestOptions& options) {
   files.add(out / "test.json", result.dump(2) + "\n");
   files.add(out / "report.html", page(outcome));
   files.commit();
+  if (outcome.ended_early.empty()) keep(options, outcome);
   if (options.json) {
     show_json(result);
   } else if (!in_background()) {

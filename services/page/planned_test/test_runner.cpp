@@ -64,7 +64,7 @@ bool TestRunner::start(WantedTest test) {
   if (quits_ || (state_ && state_->phase != Phase::over)) return false;
   thread_.join();
   stop_.clear();
-  seen_ = Clock::now();
+  seen_ = clock_();
   state_ = TestState{.loop = test.plan.loop,
                      .by = test.person.user.value_or(""),
                      .duration_s = estimator::duration_s(test.plan.move),
@@ -85,7 +85,7 @@ bool TestRunner::stop(const std::string& loop, const std::string& why) {
 std::optional<TestState> TestRunner::state(const std::string& loop, bool follows) {
   const std::lock_guard lock(mutex_);
   if (!state_ || state_->loop != loop) return std::nullopt;
-  if (follows) seen_ = Clock::now();
+  if (follows) seen_ = clock_();
   return state_;
 }
 
@@ -107,7 +107,7 @@ void TestRunner::change(const std::function<void(TestState&)>& how) {
 std::string TestRunner::watch(const protocol::TestProgress& now) {
   const std::lock_guard lock(mutex_);
   state_->now = now;
-  if (stop_.empty() && Clock::now() - seen_ > kUnseen) {
+  if (stop_.empty() && clock_() - seen_ > kUnseen) {
     stop_ = "the page of the loop was not open for 60 s";
   }
   return stop_;

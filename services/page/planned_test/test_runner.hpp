@@ -12,6 +12,7 @@
 #include <mutex>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "base/thread.hpp"
 #include "daemon/protocol/daemon_client.hpp"
@@ -47,8 +48,9 @@ class TestRunner {
   static constexpr std::chrono::seconds kUnseen{60};
 
   // `daemon`: status.sock; `orders`: page.sock.
-  TestRunner(protocol::Daemon& daemon, protocol::Daemon& orders)
-      : daemon_(daemon), orders_(orders) {}
+  TestRunner(protocol::Daemon& daemon, protocol::Daemon& orders,
+             std::function<Clock::time_point()> clock = Clock::now)
+      : daemon_(daemon), orders_(orders), clock_(std::move(clock)) {}
   TestRunner(const TestRunner&) = delete;
   TestRunner& operator=(const TestRunner&) = delete;
   ~TestRunner() { stop_for(std::chrono::seconds(60)); }
@@ -71,6 +73,7 @@ class TestRunner {
 
   protocol::Daemon& daemon_;
   protocol::Daemon& orders_;
+  std::function<Clock::time_point()> clock_;
   std::mutex mutex_;
   std::optional<TestState> state_;
   std::string stop_;  // the reason; empty: it continues

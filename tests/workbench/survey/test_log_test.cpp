@@ -48,8 +48,17 @@ TEST_CASE("tests are kept next to a survey, and scored by tenths of the predicti
 
 TEST_CASE("a survey lists the tests of each loop") {
   const tests::TemporaryFolder folder;
-  tests::write_file(folder / "survey.json",
-                    R"({"loops": [{"tag": "FIC-101", "rank": 1}, {"tag": "FIC-102"}]})");
+  const auto loop = [](const char* tag) {
+    return nlohmann::json{{"tag", tag},
+                          {"verdict", "cant_tell"},
+                          {"rank", 1},
+                          {"effects", nlohmann::json::array()},
+                          {"next", nlohmann::json::object()},
+                          {"windows", nlohmann::json::array()},
+                          {"import", nlohmann::json::object()}};
+  };
+  const nlohmann::json survey{{"loops", {loop("FIC-101"), loop("FIC-102")}}};
+  tests::write_file(folder / "survey.json", survey.dump());
   const KeptTest test{.ended = "2026-11-29T00:42:20Z",
                       .loop = "FIC-101",
                       .explanations = "stiction or backlash",

@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 
 #include <algorithm>
+#include <atomic>
 #include <thread>
 
 #include "base/digest/digest.hpp"
@@ -184,6 +185,31 @@ TEST_CASE("a test shows its progress, and an operator stops it") {
   CHECK((*begun)["address"] == "127.0.0.1");
   CHECK((*begun)["test"]["moved"] == json{4.85, 5.15});
   CHECK((*begun)["test"]["pv"] == json{4.5, 5.5});
+}
+
+TEST_CASE("a test ends if its page was not open for 60 s") {
+  using page::planned_test::TestRunner;
+  Rig rig;
+  std::atomic<int> now_s{0};
+  TestRunner runner(rig.daemon, rig.orders,
+                    [&] { return TestRunner::Clock::time_point(std::chrono::seconds(now_s)); });
+  page::planned_test::WantedTest wanted;
+  wanted.plan = *protocol::read_test_plan_text("plan", kPlan);
+  wanted.person.user = "ella";
+  REQUIRE(runner.start(std::move(wanted)));
+  const auto state = [&](bool follows) { return runner.state("FIC-101", follows).value(); };
+  const auto wait = [](const auto& until) {
+    while (!until()) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  };
+  now_s = 50;
+  CHECK(state(true).by == "ella");  // the engineer looks at it
+  now_s = 105;
+  const double then_s = state(false).now.time_s;
+  wait([&] { return state(false).now.time_s > then_s + 0.5; });
+  now_s = 111;
+  wait([&] { return state(false).phase == page::planned_test::TestState::Phase::over; });
+  CHECK(state(false).ended_early == "the page of the loop was not open for 60 s");
+  CHECK(state(false).restored);
 }
 
 }  // namespace loopwarden::tests::planned_test_test
