@@ -145,8 +145,7 @@ class Finder {
   }
 
   double missing_in(std::size_t begin, std::size_t count) const {
-    const auto part =
-        std::span(blocks_).subspan(begin, std::min(count, blocks_.size() - begin));
+    const auto part = std::span(blocks_).subspan(begin, std::min(count, blocks_.size() - begin));
     const auto missing =
         std::count_if(part.begin(), part.end(), [](double v) { return !std::isfinite(v); });
     return static_cast<double>(missing) / static_cast<double>(count);

@@ -61,7 +61,8 @@ struct Rig {
     REQUIRE(run(LOOPWARDEN_CLI " gap " + record + " --model " + kExample + "model.yaml --out " +
                 (folder / "gap").string())
                 .exit_code == 0);
-    workbench::TestPlanFile made = workbench::usable(workbench::read_test_plan(folder / "gap/next_test.yaml"));
+    workbench::TestPlanFile made =
+        workbench::usable(workbench::read_test_plan(folder / "gap/next_test.yaml"));
     made.loop = "FIC-205";
     made.model = "twin.yaml";
     const fs::path prepared = folder / "prepared";
@@ -70,11 +71,18 @@ struct Rig {
     const nlohmann::json test = {{"text", "To decide: move SP."},
                                  {"planned_at", made.planned_at},
                                  {"valid_until_ms", 1000 * (made.planned_at + 86'400)}};
-    const nlohmann::json explanation = {
-        {"alarm", "model_gap"}, {"final_name", nullptr}, {"raised_ms", 1'800'000'000'000},
-        {"ended_ms", 1'800'000'000'100}, {"verdict", "missing_effect"}, {"gap_closed", 0.9},
-        {"agrees", true}, {"from_s", nullptr}, {"sentence", "Two causes are likely."},
-        {"next_test", test}, {"first", nullptr}, {"effects", nlohmann::json::array()}};
+    const nlohmann::json explanation = {{"alarm", "model_gap"},
+                                        {"final_name", nullptr},
+                                        {"raised_ms", 1'800'000'000'000},
+                                        {"ended_ms", 1'800'000'000'100},
+                                        {"verdict", "missing_effect"},
+                                        {"gap_closed", 0.9},
+                                        {"agrees", true},
+                                        {"from_s", nullptr},
+                                        {"sentence", "Two causes are likely."},
+                                        {"next_test", test},
+                                        {"first", nullptr},
+                                        {"effects", nlohmann::json::array()}};
     write_file(prepared / "explanation.json", explanation.dump());
     return made;
   }
