@@ -137,15 +137,15 @@ class Finder {
 
   struct Course {
     std::size_t blocks = 0;  // of the whole move
-    bool complete = false;   // the record has all of them
+    bool complete = false;   // the record has all of them, but for one
   };
   Course course_of(std::size_t begin, double pace) const {
     const auto blocks = static_cast<std::size_t>(pace * duration_s(planned_) / block_s_);
-    return {blocks, begin + blocks <= blocks_.size()};
+    return {blocks, begin + blocks <= blocks_.size() + 1};
   }
 
   double missing_in(std::size_t begin, std::size_t count) const {
-    const auto part = std::span(blocks_).subspan(begin, count);
+    const auto part = std::span(blocks_).subspan(begin, std::min(count, blocks_.size() - begin));
     const auto missing =
         std::count_if(part.begin(), part.end(), [](double v) { return !std::isfinite(v); });
     return static_cast<double>(missing) / static_cast<double>(count);

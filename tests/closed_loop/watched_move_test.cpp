@@ -21,7 +21,7 @@
 #include "tests/support/shell.hpp"
 #include "tests/support/temporary_folder.hpp"
 #include "workbench/files/model_file.hpp"
-#include "workbench/files/test_plan_file.hpp"
+#include "daemon/protocol/planned_test/test_plan_file.hpp"
 #include "daemon/protocol/planned_test/planned_test.hpp"
 
 namespace loopwarden::tests::watched_move_test {

@@ -198,6 +198,9 @@ int run_explain(const ExplainOptions& options) {
     files.add(folder / "report.html", gap_report_html(explanation.result, context));
     files.add(folder / "explanation.json", out.dump(2) + "\n");
     files.commit();
+    if (proposed.is_null()) {  // a slip of an earlier explanation is withdrawn
+      for (const char* stale : {"slip.html", "next_test.yaml"}) fs::remove(folder / stale);
+    }
     if (options.json) {
       show_json(out);
     } else if (!options.background) {

@@ -28,9 +28,9 @@ struct MadeTest {
 MadeTest find_made_test(const TestPlanFile& plan, const std::vector<record::Record>& records,
                         double rest_s);
 
-// Returns the records of a loop in order of time, from a record, any historian's export, or a folder
-// of the recorder's segments. Of segments only rows between `from_s` and `to_s` are read, s since
-// 1970. Throws RecordError, CommandError.
+// Returns the records of a loop in order of time, from a record, any historian's export, or a
+// folder of the recorder's segments. Of segments only rows between `from_s` and `to_s` are read,
+// s since 1970. Throws RecordError, CommandError.
 std::vector<record::Record> read_later_records(const std::filesystem::path& path,
                                                std::int64_t from_s, std::int64_t to_s,
                                                OutputFiles& files);

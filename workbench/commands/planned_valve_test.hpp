@@ -17,7 +17,8 @@ struct PlannedTestOptions {
 };
 
 // Carries out the test of a plan, judges it together with the record of the planning, and writes
-// test.csv, test.json and report.html. With `record`, it finds the move there. Returns the exit code. Throws CommandError.
+// test.csv, test.json and report.html. With `record`, it finds the move there. Returns the exit
+// code. Throws CommandError.
 int run_planned_test(const PlannedTestOptions& options);
 
 }  // namespace loopwarden::workbench

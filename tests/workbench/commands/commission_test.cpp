@@ -192,6 +192,15 @@ TEST_CASE("an alarm's evidence is explained in its folder", "[commission][explai
   CHECK(said.at("agrees") == sure);
   CHECK(fs::exists(bench.folder / "e/report.html"));
   CHECK(said.at("next_test").is_null() != fs::exists(bench.folder / "e/next_test.yaml"));
+
+  // A later explanation keeps a test that the operator of a watched loop has made.
+  json made = said;
+  made["next_test"] = {{"text", "Move SP."}, {"planned_at", 7}, {"valid_until_ms", 8}};
+  write_file(bench.folder / "e/explanation.json", made.dump());
+  write_file(bench.folder / "e/test/test.json", R"({"planned_at": 7, "done": true})");
+  REQUIRE(loopwarden("explain " + bench.path("e")).exit_code == 0);
+  const json later = json::parse(read_file(bench.folder / "e/explanation.json"));
+  CHECK(later.at("next_test") == made.at("next_test"));
 }
 
 TEST_CASE("a record that can't be commissioned gives the reason and its exit code",
