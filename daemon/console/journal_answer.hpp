@@ -22,7 +22,8 @@ namespace loopwarden::daemon::console {
 inline constexpr std::chrono::milliseconds kDiskPatience{1000};
 inline constexpr std::chrono::milliseconds kLimitedDiskPatience{250};  // page.sock, edge.sock
 
-// Is called after work at a loop that a receipt can judge: new gains, or a reported repair or change.
+// Is called after work at a loop that a receipt can judge: new gains, a reported repair or a
+// reported change.
 using Worked = std::function<void(std::size_t loop, const std::string& peer)>;
 
 // Returns a line for the command of an operator, without its result.

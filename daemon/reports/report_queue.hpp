@@ -53,8 +53,8 @@ class ReportQueue {
   std::size_t most_waiting() const noexcept { return settings_.most_waiting; }
   // Queues a report. Returns it with name and place; nullopt if the queue is full.
   std::optional<Report> post(Order order);
-  // Queues a report that is made at order.due_ms. If one of the same loop and kind waits already, it
-  // is delayed until then instead.
+  // Queues a report that is made at order.due_ms. If one of the same loop and kind waits already,
+  // it is delayed until then instead.
   void post_later(Order order);
   // Announces work if a report has become due. To be called regularly.
   void look_at_due() const;

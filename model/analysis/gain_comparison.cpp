@@ -67,21 +67,26 @@ const char* to_text(GainResult result) noexcept {
 }
 
 GainChange judge_gains(const GainRecord& before, const GainRecord& after) {
-  if (!before.by_model || !after.by_model)
+  if (!before.by_model || !after.by_model) {
     return {GainResult::cant_tell,
             "gains can be compared only with a model of the loop, and with records that have SP"};
+  }
   const auto& [old_before, new_before] = *before.by_model;
   const auto& [old_after, new_after] = *after.by_model;
-  if (!fits(old_before, before.rms) || !fits(new_after, after.rms))
+  if (!fits(old_before, before.rms) || !fits(new_after, after.rms)) {
     return {GainResult::cant_tell, "the model does not reproduce the records"};
+  }
   const double least = std::min(new_before / old_before, new_after / old_after);
   const double most = std::max(new_before / old_before, new_after / old_after);
-  if (most <= GainLimits::kAlike)
+  if (most <= GainLimits::kAlike) {
     return {GainResult::improved, "on the same disturbance SP - PV is smaller"};
-  if (least >= 1.0 / GainLimits::kAlike)
+  }
+  if (least >= 1.0 / GainLimits::kAlike) {
     return {GainResult::worse, "on the same disturbance SP - PV is larger"};
-  if (least > GainLimits::kAlike && most < 1.0 / GainLimits::kAlike)
+  }
+  if (least > GainLimits::kAlike && most < 1.0 / GainLimits::kAlike) {
     return {GainResult::no_difference, "on the same disturbance SP - PV changes by less than 10 %"};
+  }
   return {GainResult::cant_tell, "the disturbances before and after give different answers"};
 }
 

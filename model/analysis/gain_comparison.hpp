@@ -7,8 +7,8 @@
 // So neither another load nor other set points are taken for an improvement.
 // Figures: `loopwarden-study receipt --gains` (lab/results/diagnose.md).
 //
-// Limits: valve effects are left out, and so are limits of CO that the model does not have. An error
-// of the model is part of d, so gains far from those of the record are compared less exactly.
+// Limits: valve effects are left out, and so are limits of CO that the model does not have. An
+// error of the model is part of d, so gains far from those of the record are compared less exactly.
 #pragma once
 
 #include <array>

@@ -167,7 +167,13 @@ ReceiptInput from_daemon(const ReceiptCommand& options, const fs::path& folder) 
     std::vector<record::Imported> records;
     for (const Recorded::Record& one : recorded.records) {
       records.push_back(record::import_record(one.path, {}, {}));
-      records.back().notes.units[index_of(record::Role::pv)] = recorded.loop.pv_unit;
+      record::ImportNotes& notes = records.back().notes;
+      notes.units[index_of(record::Role::pv)] = recorded.loop.pv_unit;
+      constexpr std::int64_t kNsPerS = 1'000'000'000;
+      notes.start =
+          record::TimePoint{.whole_s = one.start_utc_ns / kNsPerS,
+                            .rest_s = static_cast<double>(one.start_utc_ns % kNsPerS) * 1e-9,
+                            .zone_known = true};
     }
     return records;
   };

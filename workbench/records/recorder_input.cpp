@@ -108,7 +108,7 @@ Recorded take_recorded(const std::string& socket, const std::string& loop,
   Recorded recorded{.loop = *found, .records = {}};
   for (const record::ExportedRecord& one :
        record::export_csv(found->folder, target, settings).records) {
-    recorded.records.push_back({one.path.string(), one.rows});
+    recorded.records.push_back({one.path.string(), one.rows, one.start_utc_ns});
   }
   if (recorded.records.empty()) {
     fail(kExitData, "{}: the recorder has no samples of {} in this time{}", found->folder, loop,

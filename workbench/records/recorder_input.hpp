@@ -29,6 +29,7 @@ struct Recorded {
   struct Record {
     std::string path;
     std::size_t rows = 0;
+    std::int64_t start_utc_ns = 0;
   };
   protocol::LoopDescription loop;  // from the daemon
   std::vector<Record> records;     // in order of time, at least one
