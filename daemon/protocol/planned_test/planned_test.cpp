@@ -110,7 +110,7 @@ std::string why_no_test(Daemon& daemon, const LoopStatus& loop, const TestPlanFi
   if (!plan.loop.empty() && plan.loop != tag) {
     return fmt::format("the plan is for {}, not for {}", plan.loop, tag);
   }
-  if (const std::string why = not_in_force(daemon, tag); !why.empty()) return why;
+  if (std::string why = not_in_force(daemon, tag); !why.empty()) return why;
   const std::optional<LoopFile> file = file_of_loop(daemon, tag);
   if (!file) return tag + ": the daemon does not report the loop's file";
   const bool changed = plan.configuration && *plan.configuration != file->hash;
