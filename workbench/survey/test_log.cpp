@@ -86,12 +86,12 @@ void tell_tests(json& survey, const std::vector<KeptTest>& tests) {
 
 void keep_test_of_survey(const std::filesystem::path& folder, const KeptTest& test) {
   keep_test(folder / kTestsFile, test);
-  const std::filesystem::path file = folder / "survey.json";
-  if (!std::filesystem::exists(file)) return;
-  json survey = read_survey(file);
-  tell_tests(survey, read_tests(folder / kTestsFile));
+  const std::filesystem::path survey_file = folder / "survey.json";
+  if (!std::filesystem::exists(survey_file)) return;
+  json told = read_survey(survey_file);
+  tell_tests(told, read_tests(folder / kTestsFile));
   OutputFiles files;
-  files.add(file, survey.dump(1) + "\n");
+  files.add(survey_file, told.dump(1) + "\n");
   files.commit();
 }
 
