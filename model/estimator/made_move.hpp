@@ -48,8 +48,9 @@ struct MadeMove {
 };
 const char* to_text(MadeMove::Difference difference) noexcept;
 
-// Returns the first move that was made as planned, otherwise the newest move. `from`: planned start.
-// `value`: SP or output, in the units of the plan; NaN: missing, or the loop is in another mode.
+// Returns the first move that was made as planned, otherwise the newest move. `from`: planned
+// start. `value`: SP or output, in the units of the plan; NaN: missing, or the loop is in another
+// mode.
 MadeMove find_move(const Move& planned, double from, const std::vector<double>& value,
                    double period_s);
 
