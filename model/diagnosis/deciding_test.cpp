@@ -54,7 +54,8 @@ class TestPlanner {
     const auto with = [&](std::vector<estimator::Explanation> explanations) {
       plan_.explanations = std::move(explanations);
       plan_.planned = estimator::propose_test(plan_.explanations, start, parallel);
-      return plan_.planned.plan.has_value();
+      const auto& plan = plan_.planned.plan;
+      return plan && plan->probability_right >= estimator::kWanted;
     };
     plan_.names_effect = with({stiction(), backlash(), good()});
     if (plan_.names_effect) return std::move(plan_);

@@ -20,7 +20,6 @@ constexpr std::array<double, 10> kSizes{0.0025, 0.005, 0.01, 0.015, 0.02,
                                         0.03,   0.05,  0.08, 0.12,  0.2};
 constexpr std::size_t kAllowedSizes = 7;
 constexpr std::array<double, 3> kHolds{3.0, 8.0, 20.0};  // answer times
-constexpr double kWanted = 0.9;                          // probability of a right decision
 constexpr double kWorthTrying = 0.5;                     // the same if no test reaches kWanted
 constexpr double kWarmUp = 20.0;                         // answer times before the move
 constexpr std::size_t kRivals = 4;                       // samples that judge a simulated test

@@ -41,6 +41,8 @@ namespace loopwarden::estimator {
 inline constexpr double kCompetes = 0.05;
 // Probability of one explanation at which a test decides. By hand.
 inline constexpr double kDecides = 0.9;
+// Probability of a right decision from which on a cheaper test is preferred to a surer one.
+inline constexpr double kWanted = 0.9;
 
 struct Explanation {
   std::vector<std::string> effects;  // empty: nothing is missing
@@ -115,7 +117,7 @@ struct TestPlan {
 };
 
 struct Planned {
-  // The cheapest test with P(right) of 0.9. If there is none, the one that decides most often, if
+  // The cheapest test with P(right) of kWanted. If there is none, the one that decides most often, if
   // P(right) is at least 0.5 and its decisions are right nine times out of ten.
   std::optional<TestPlan> plan;
   // The best test of the next class, if it would decide more often.

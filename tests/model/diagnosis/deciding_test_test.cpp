@@ -73,7 +73,7 @@ TEST_CASE("the same loop in other units of CO gets the same test", "[deciding_te
 TEST_CASE("a loop that its disturbance moves farther than a test may has none within the limits",
           "[deciding_test]") {
   TestedLoop loop = loop_of(1.0);
-  loop.pv_range = {{18.0, 22.0}};
+  loop.pv_range = {{19.5, 20.5}};
   const std::optional<DecidingTest> test = plan_deciding_test(sticking(1.0, 0.5), loop, in_order);
   REQUIRE(test);
   CHECK_FALSE(test->planned.plan);
