@@ -117,8 +117,8 @@ struct TestPlan {
 };
 
 struct Planned {
-  // The cheapest test with P(right) of kWanted. If there is none, the one that decides most often, if
-  // P(right) is at least 0.5 and its decisions are right nine times out of ten.
+  // The cheapest test with P(right) of kWanted. If there is none, the one that decides most often,
+  // if P(right) is at least 0.5 and its decisions are right nine times out of ten.
   std::optional<TestPlan> plan;
   // The best test of the next class, if it would decide more often.
   std::optional<TestPlan> next;
