@@ -213,9 +213,10 @@ void EvidenceFlow::report_search(const ExplainJob& job, const Explanation* expla
   const auto shown = deps_.alarms.snapshot(job.loop).explanation;
   if (!shown || shown->folder != job.folder || !shown->slip) return;
   if (explanation == nullptr) {
-    if (why != job.trouble)
+    if (why != job.trouble) {
       spdlog::warn("{}: the move of the slip is not searched: {}", deps_.alarms.name(job.loop),
                    why);
+    }
     return search_move(job.loop, *shown, why);
   }
   if (!explanation->slip) return;

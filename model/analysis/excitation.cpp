@@ -115,7 +115,7 @@ bool switches_at_levels(std::span<const double> x, const Moves& moves) {
       const auto next = std::upper_bound(b.begin(), b.end(), k);
       if (next != b.end()) lengths.push_back(static_cast<double>(*next - k));
     }
-    return spread(std::move(lengths)) <= static_cast<double>(Limits::kRowsOff);
+    return spread(lengths) <= static_cast<double>(Limits::kRowsOff);
   };
   if (clocked(moves.up, moves.down) && clocked(moves.down, moves.up)) return false;
   // The controller switches up at a low PV, or at a high PV.

@@ -436,8 +436,8 @@ class Planner {
   std::vector<double> by_samples(const Warm& warm, const Run& run) const {
     std::vector<double> co = warm.co;
     co.insert(co.end(), run.co.begin(), run.co.end());
-    const TestEvidence evidence(model_, std::move(co), warm.co.size(), start_.noise_rms,
-                                start_.disturbance, start_.law_error);
+    const TestEvidence evidence(model_, co, warm.co.size(), start_.noise_rms, start_.disturbance,
+                                start_.law_error);
     std::vector<double> score;
     for (std::size_t h = 0; h < explanations_.size(); ++h) {
       std::vector<double> of_samples;

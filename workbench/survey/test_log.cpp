@@ -96,21 +96,21 @@ void keep_test_of_survey(const std::filesystem::path& folder, const KeptTest& te
 }
 
 std::vector<ScoreOfTenth> score_of(const std::vector<KeptTest>& tests) {
-  constexpr std::size_t kTenths = 10;
-  std::vector<ScoreOfTenth> tenths(kTenths);
-  for (std::size_t i = 0; i < kTenths; ++i) {
-    tenths[i].low = static_cast<double>(i) / kTenths;
-    tenths[i].high = static_cast<double>(i + 1) / kTenths;
+  constexpr std::size_t kParts = 10;
+  std::vector<ScoreOfTenth> score(kParts);
+  for (std::size_t i = 0; i < kParts; ++i) {
+    score[i].low = static_cast<double>(i) / kParts;
+    score[i].high = static_cast<double>(i + 1) / kParts;
   }
   for (const KeptTest& test : tests) {
-    const auto i = std::min(static_cast<std::size_t>(test.predicted * kTenths), kTenths - 1);
-    ++tenths[i].tests;
-    if (!test.decided.empty()) ++tenths[i].decided;
-    tenths[i].predicted += test.predicted;
+    const auto i = std::min(static_cast<std::size_t>(test.predicted * kParts), kParts - 1);
+    ++score[i].tests;
+    if (!test.decided.empty()) ++score[i].decided;
+    score[i].predicted += test.predicted;
   }
-  std::erase_if(tenths, [](const ScoreOfTenth& t) { return t.tests == 0; });
-  for (ScoreOfTenth& t : tenths) t.predicted /= static_cast<double>(t.tests);
-  return tenths;
+  std::erase_if(score, [](const ScoreOfTenth& t) { return t.tests == 0; });
+  for (ScoreOfTenth& t : score) t.predicted /= static_cast<double>(t.tests);
+  return score;
 }
 
 json score_json(const std::vector<KeptTest>& tests) {

@@ -163,11 +163,12 @@ diagnosis::SizeTrend trend_of(const DiagnosedLoop& loop) {
 // Returns what the verdict means for the master of a slave; empty without a consequence.
 std::string master_text(const Diagnosis& d, const std::string& master) {
   if (master.empty() || d.verdict == DiagnosisVerdict::healthy || !d.judged()) return {};
-  if (d.verdict == DiagnosisVerdict::valve_effect)
+  if (d.verdict == DiagnosisVerdict::valve_effect) {
     return fmt::format(
         "{} moves the set point. A cycle of it can come from this valve: repair the "
         "valve before you tune {}",
         master, master);
+  }
   if (d.cause == Cause::master_loop)
     return fmt::format("{} moves the set point: diagnose {} next", master, master);
   return fmt::format("{} moves the set point", master);

@@ -18,7 +18,7 @@
 namespace loopwarden::protocol {
 
 // Time for a person to make the move of a slip, s after the planning. By hand: three shifts.
-inline constexpr std::int64_t kSlipValid_s = 24 * 3600;
+inline constexpr std::int64_t kSlipValid_s = 86'400;
 
 struct PlannedExplanation {
   std::vector<std::string> effects;  // empty: nothing is missing
