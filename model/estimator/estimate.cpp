@@ -210,7 +210,7 @@ class Estimator {
         }
         try_member(z);
       }
-      best = with_best_error(likelihood, fit.hypothesis, std::move(best), work);
+      if (!from) best = with_best_error(likelihood, fit.hypothesis, std::move(best), work);
       Fit& now = fits.emplace_back(Fit{fit.hypothesis, {{best}, 0}, {}, 0.0});
       likelihood.of(now.hypothesis, best.z, work, &now.solution);
       now.score = score_of(now, likelihood);
