@@ -136,7 +136,7 @@ TEST_CASE("the valve doesn't move without the tag, a terminal, or with a key pre
   SECTION("limits that leave the loop outside") {
     person.lines = {"FIC-101", "5 8", "0 10"};
     CHECK_THROWS_AS(setup::stroke_valve(plant.s.all), setup::Paused);
-    CHECK(person.told("outside"));
+    CHECK(person.told("CO is 4 V now, outside of its limits 5 to 8 V"));
   }
   CHECK(test::eventually([&] { return std::abs(plant.co() - before) < 0.05; }));
   CHECK(plant.served());
@@ -147,7 +147,7 @@ TEST_CASE("a device's watchdog runs out, and the output is restored", "[setup]")
   plant.start();
   const double trips = plant.device.state_number("trips");
   ScriptedPerson& person = plant.s.person;
-  person.lines = {"FIC-101", "0.5", "2 8", "0 10", "6"};
+  person.lines = {"FIC-101", "0.5 V", "2 8 V", "0 10", "5 bar", "6 V"};
   const Outcome outcome = setup::test_watchdog(plant.s.all);
   INFO(person.said);
   CHECK(outcome == Outcome::done);

@@ -24,6 +24,13 @@ std::string unit_of(const Question& asked, AnswerTo answer) {
   return known.empty() ? known : known + (unit == "co/s" ? "/s" : "");
 }
 
+// Returns the expected form of a number, for an answer in another form.
+std::string number_form(const std::string& unit) {
+  const std::string also = unit.empty() ? "" : fmt::format(" or 10.5 {}", unit);
+  return fmt::format("such as 10.5{} (decimal point{})", also,
+                     unit.empty() ? "" : ", no other unit");
+}
+
 // Returns the document's text for a key; empty if the key is missing.
 std::string text_at(const config::YamlNode& root, std::string_view key) {
   for (std::size_t i = 0; i < root.keys.size(); ++i) {
@@ -79,11 +86,6 @@ std::string Dialogue::line(const std::string& prompt) {
   return *answer;
 }
 
-std::string Dialogue::why_wrong(const Question& asked, const std::string& answer) const {
-  const std::string why = asked.wrong(answer);
-  return why.empty() ? why_refused(std::string(asked.id), answer) : why;
-}
-
 std::string Dialogue::ask(const std::string& id, const std::string& about) {
   return ask(id, about, true);
 }
@@ -118,7 +120,11 @@ std::string Dialogue::ask(const std::string& id, const std::string& about, bool 
   for (;;) {
     const std::string said =
         ask_now(text + (offer ? fmt::format(" [{}]", *offer) : ""), [&](const std::string& answer) {
-          return answer == kBack ? std::string() : why_wrong(asked, meant(answer));
+          if (answer == kBack) return std::string();
+          if (const std::string why = asked.wrong(meant(answer)); !why.empty()) {
+            return unit.empty() ? why : fmt::format("{}; the only unit is {}", why, unit);
+          }
+          return why_refused(id, meant(answer));
         });
     if (said != kBack) {
       state_.said(id, meant(said));
@@ -160,7 +166,7 @@ bool Dialogue::yes_now(const std::string& text) {
 
 double Dialogue::number_now(const std::string& text, const std::string& unit) {
   const std::string answer = ask_now(text, [&](const std::string& said) -> std::string {
-    return numbers_in(without_unit(said, unit), 1) ? "" : "a number";
+    return numbers_in(without_unit(said, unit), 1) ? "" : "a number " + number_form(unit);
   });
   return numbers_in(without_unit(answer, unit), 1).value().front();
 }
@@ -168,7 +174,9 @@ double Dialogue::number_now(const std::string& text, const std::string& unit) {
 std::pair<double, double> Dialogue::range_now(const std::string& text, const std::string& unit) {
   const std::string answer = ask_now(text, [&](const std::string& said) -> std::string {
     const auto ends = numbers_in(without_unit(said, unit), 2);
-    return ends && (*ends)[0] < (*ends)[1] ? "" : "two numbers, the lower one first";
+    return ends && (*ends)[0] < (*ends)[1]
+               ? ""
+               : "two numbers, the lower one first, each " + number_form(unit);
   });
   const std::vector<double> ends = numbers_in(without_unit(answer, unit), 2).value();
   return {ends[0], ends[1]};

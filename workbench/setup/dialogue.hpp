@@ -104,7 +104,6 @@ class Dialogue {
  private:
   std::string line(const std::string& prompt);
   std::string ask(const std::string& id, const std::string& about, bool offers);
-  std::string why_wrong(const Question& asked, const std::string& answer) const;
 
   Person& person_;
   Answers answers_;

@@ -76,14 +76,47 @@ bool is_no_measurement(double raw) {
   return !std::isfinite(raw) || std::abs(raw) > kMost || (raw != 0.0 && std::abs(raw) < kLeast);
 }
 
+// The median of the readings of a second, and their spread.
+struct Sampled {
+  double raw = 0.0;
+  double noise = 0.0;
+};
+
+// Returns nullopt if the register can't be read.
+std::optional<Sampled> sample(Setup& setup, const protocol::Probe& probe) {
+  constexpr std::size_t kReadings = 11;
+  constexpr double kBetween_s = 0.1;
+  std::vector<double> raw;
+  while (raw.size() < kReadings) {
+    if (!raw.empty()) setup.wait(kBetween_s);
+    const protocol::Probed now = setup.prober.read(probe);
+    if (now.state != "read" || !std::isfinite(now.raw)) return std::nullopt;
+    raw.push_back(now.raw);
+  }
+  std::sort(raw.begin(), raw.end());
+  const double resolution = probe.type.starts_with('f') ? 0.0 : 1.0;
+  return Sampled{raw[kReadings / 2], std::max(raw.back() - raw.front(), resolution)};
+}
+
+double scaled(double raw, const std::string& scale) {
+  const auto four = numbers_in(scale, 4);
+  if (!four) return raw;
+  const auto& v = *four;
+  return v[2] + (raw - v[0]) / (v[1] - v[0]) * (v[3] - v[2]);
+}
+
 // Derives the scaling from the values that a person reads off the device's display. Returns four
 // numbers, or "none".
 std::string scale_by_display(Setup& setup, const protocol::Probe& probe, const std::string& id,
                              const std::string& unit, std::pair<double, double> range) {
   Dialogue& dialogue = setup.dialogue;
   struct Said {
-    double raw, value;
+    Sampled at;
+    double value = 0.0;
   };
+  // Two raw values differ clearly if they differ by more than this multiple of their noise. The
+  // error of the slope is then some per cent.
+  constexpr double kClear = 5.0;
   std::vector<Said> said;
   for (;;) {
     const protocol::Probed before = setup.prober.read(probe);
@@ -112,37 +145,44 @@ std::string scale_by_display(Setup& setup, const protocol::Probe& probe, const s
     if (text == "r" || text == kBack) continue;
     if (text.empty() && said.empty()) return "none";
     if (text.empty()) {
-      if (said.front().raw == 0.0 || said.front().value == 0.0) {
-        dialogue.say("  Raw 0 does not define a scale: a second value is needed.");
-        continue;
-      }
-      said.push_back({0.0, 0.0});
+      said.push_back({});
     } else {
-      const protocol::Probed now = setup.prober.read(probe);
-      if (now.state != "read" || !std::isfinite(now.raw)) continue;
-      said.push_back({now.raw, said_value(text, range, unit).value()});
+      const std::optional<Sampled> now = sample(setup, probe);
+      if (!now) continue;
+      said.push_back({*now, said_value(text, range, unit).value()});
     }
     if (said.size() < 2) continue;
-    std::sort(said.begin(), said.end(), [](const Said& a, const Said& b) { return a.raw < b.raw; });
-    if (said[0].raw == said[1].raw || said[0].value == said[1].value) {
-      dialogue.say("  Raw value or display did not change; both have to.");
-      said.pop_back();
+    const double change = std::abs(said[1].at.raw - said[0].at.raw);
+    const double noise = std::max(said[0].at.noise, said[1].at.noise);
+    if (change <= kClear * noise || said[0].value == said[1].value) {
+      dialogue.say(
+          fmt::format("  The two points are too close: raw {:.5g} = {:.5g} {} and raw {:.5g} = "
+                      "{:.5g} {}. The values must differ, and the raw values by more than {:.3g} "
+                      "({:g} times the noise of a second). Let the value change more, or enter "
+                      "`back` to change the register.",
+                      said[0].at.raw, said[0].value, unit, said[1].at.raw, said[1].value, unit,
+                      kClear * noise, kClear));
+      // Keeps the newer point. Zero was not read.
+      said.erase(text.empty() ? said.begin() + 1 : said.begin());
       continue;
     }
+    std::sort(said.begin(), said.end(),
+              [](const Said& a, const Said& b) { return a.at.raw < b.at.raw; });
     std::string scale =
-        fmt::format("{} {} {} {}", said[0].raw, said[1].raw, said[0].value, said[1].value);
-    const std::string why = dialogue.why_refused(id, scale);
-    if (why.empty()) return scale;
+        fmt::format("{} {} {} {}", said[0].at.raw, said[1].at.raw, said[0].value, said[1].value);
+    std::string why = dialogue.why_refused(id, scale);
+    if (why.empty()) {
+      dialogue.say("  The scale is checked for a few seconds.");
+      constexpr double kLater_s = 3.0;
+      setup.wait(kLater_s);
+      const std::optional<Sampled> later = sample(setup, probe);
+      if (later) why = outside(scaled(later->raw, scale), range, unit);
+      if (why.empty()) return scale;
+      why += ". Enter both points again, or enter `back` to change the register.";
+    }
     dialogue.say("  " + why);
     said.clear();
   }
-}
-
-double scaled(double raw, const std::string& scale) {
-  const auto four = numbers_in(scale, 4);
-  if (!four) return raw;
-  const auto& v = *four;
-  return v[2] + (raw - v[0]) / (v[1] - v[0]) * (v[3] - v[2]);
 }
 
 struct Point {
@@ -157,9 +197,14 @@ struct SaidPoint {
   friend bool operator==(const SaidPoint&, const SaidPoint&) = default;
 };
 
-// Asks for a point and reads it. Returns why its value can't be right. Returns an empty text if it
-// can be, if it is not readable, or if the person confirms the answers `before`. `said` receives
-// the answers.
+// Returns whether the device was asked and gave no value.
+bool has_no_answer(const protocol::Probed& answer) {
+  return answer.state == "error" || answer.state == "silent";
+}
+
+// Asks for a point and reads it. Returns why it has no value, or why its value can't be right.
+// Returns an empty text if it can be, if the line is in use by others, or if the person confirms
+// the answers `before`. `said` receives the answers.
 std::string look_at(Setup& setup, const protocol::Probe& link, const Point& point,
                     const SaidPoint& before, SaidPoint& said) {
   Dialogue& dialogue = setup.dialogue;
@@ -177,9 +222,10 @@ std::string look_at(Setup& setup, const protocol::Probe& link, const Point& poin
   probe.order = place->order;
   const std::string scale_id = name + ".scale";
   const bool is_float = place->type == "f32" || place->type == "f64";
-  if (is_float && !dialogue.knows(scale_id) && said.where != before.where) {
+  if (!dialogue.knows(scale_id) && said.where != before.where) {
     const protocol::Probed first = setup.prober.read(probe);
-    if (first.state == "read" && is_no_measurement(first.raw)) {
+    if (has_no_answer(first)) return in_words(first);
+    if (is_float && first.state == "read" && is_no_measurement(first.raw)) {
       return in_words(first) + " is no measured value";
     }
   }
@@ -189,14 +235,15 @@ std::string look_at(Setup& setup, const protocol::Probe& link, const Point& poin
     setup.state().answer(scale_id, scale);
   }
   said.scale = scale;
+  const bool insists = said == before || (said.where == before.where && before.scale.empty());
   const protocol::Probed now = setup.prober.read(probe);
+  if (has_no_answer(now) && !insists) return in_words(now);
   if (now.state != "read") {
     dialogue.say("  " + in_words(now));
     return {};
   }
   const double value = scaled(now.raw, scale);
   dialogue.say(fmt::format("  {} = {:.5g} {}", in_words(now), value, unit));
-  const bool insists = said == before || (said.where == before.where && before.scale.empty());
   if (insists) return {};
   // The halves of two numbers, read as one, are often close to 0.
   constexpr double kLeastShare = 1e-6;
@@ -215,8 +262,8 @@ void find_point(Setup& setup, const protocol::Probe& link, const Point& point) {
     const std::string why = look_at(setup, link, point, before, said);
     if (why.empty()) return;
     dialogue.say(fmt::format(
-        "  {}: register, type, order of the bytes or scaling are wrong. Repeat the answers to "
-        "keep them.",
+        "  {}: unit, register, type, order of the bytes or scaling are wrong. Repeat the answers "
+        "to keep them.",
         why));
     before = std::move(said);
     dialogue.forget(std::string(point.name) + ".register");

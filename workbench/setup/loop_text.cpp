@@ -37,7 +37,8 @@ std::string list_of(const std::string& answer, std::size_t count) {
 std::string register_text(const std::string& where, const std::string& scale, bool written) {
   const RegisterPlace place = register_in(where).value_or(RegisterPlace{});
   std::string text = "{";
-  if (!written) text += fmt::format("table: {}, ", place.table);
+  // The reader refuses a table of a written register, so an input register can't become another.
+  if (!written || place.table != "holding") text += fmt::format("table: {}, ", place.table);
   text += fmt::format("address: {}, type: {}", place.address, place.type);
   if (place.order != "abcd") text += ", order: " + place.order;
   if (const auto four = numbers_in(scale, 4)) {

@@ -46,7 +46,14 @@ bool agreed(Setup& setup, const std::string& what_moves) {
 
 namespace {
 
-constexpr const char* kOutside = "  The present values are outside of these limits.";
+// Returns whether the present value is within its limits. Otherwise prints both.
+bool is_inside(Dialogue& dialogue, const char* name, double value, std::pair<double, double> limits,
+               const std::string& unit) {
+  if (value >= limits.first && value <= limits.second) return true;
+  dialogue.say(fmt::format("  {} is {:.4g} {} now, outside of its limits {:g} to {:g} {}.", name,
+                           value, unit, limits.first, limits.second, unit));
+  return false;
+}
 
 std::pair<double, double> ask_pv_limits(Setup& setup, const protocol::LoopStatus& loop, double pv) {
   return setup.dialogue.range_now(
@@ -81,10 +88,9 @@ LiveLimits limits_now(Setup& setup, const protocol::LoopStatus& loop) {
         fmt::format("  Lowest and highest output, {} (now {:.4g})", loop.co_unit, cycle.co),
         loop.co_unit);
     const auto pv = ask_pv_limits(setup, loop, cycle.pv);
-    const bool inside = cycle.co >= co.first && cycle.co <= co.second && cycle.pv >= pv.first &&
-                        cycle.pv <= pv.second;
-    if (inside) return {co.first, co.second, pv.first, pv.second};
-    setup.dialogue.say(kOutside);
+    const bool co_inside = is_inside(setup.dialogue, "CO", cycle.co, co, loop.co_unit);
+    const bool pv_inside = is_inside(setup.dialogue, "PV", cycle.pv, pv, loop.pv_unit);
+    if (co_inside && pv_inside) return {co.first, co.second, pv.first, pv.second};
   }
 }
 
@@ -93,8 +99,9 @@ LiveLimits pv_limits_now(Setup& setup, const protocol::LoopStatus& loop) {
   const double now = known_cycle(loop).pv;
   for (;;) {
     const auto pv = ask_pv_limits(setup, loop, now);
-    if (now >= pv.first && now <= pv.second) return {-kAny, kAny, pv.first, pv.second};
-    setup.dialogue.say(kOutside);
+    if (is_inside(setup.dialogue, "PV", now, pv, loop.pv_unit)) {
+      return {-kAny, kAny, pv.first, pv.second};
+    }
   }
 }
 

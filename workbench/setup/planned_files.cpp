@@ -125,6 +125,13 @@ std::set<std::string> errors_of(const Setup& setup, const AnswerMap& answers) {
   };
   add(read_link(link_text(with_samples(answers))).diagnostics);
   if (!errors.empty()) return errors;
+  const Answered of = with_samples(answers);
+  if (of("control") == "here" &&
+      register_in(of("co.register")).value_or(RegisterPlace{}).table != "holding") {
+    return {
+        "CO is written to this register, and an input register can only be read. Name a "
+        "holding register, such as 1 holding 0 f32"};
+  }
   add(config::read_configuration(setup.folder, drafts_of(setup, planned_files(setup, answers)))
           .diagnostics);
   return errors;

@@ -73,11 +73,13 @@ std::string yes_or_no(const std::string& answer) {
 }
 std::string range(const std::string& answer) {
   const auto ends = numbers_in(answer, 2);
-  return ends && (*ends)[0] < (*ends)[1] ? "" : "two numbers, the lower one first, such as 0 25";
+  return ends && (*ends)[0] < (*ends)[1]
+             ? ""
+             : "two numbers, the lower one first, with a decimal point, such as 0.5 25";
 }
 std::string above_zero_number(const std::string& answer) {
   const auto value = numbers_in(answer, 1);
-  return value && value->front() > 0.0 ? "" : "a number above 0";
+  return value && value->front() > 0.0 ? "" : "a number above 0, with a decimal point, such as 0.5";
 }
 std::string above_zero_or_none(const std::string& answer) {
   return answer == "none" ? "" : above_zero_number(answer);
@@ -109,7 +111,9 @@ std::string scaling(const std::string& answer) {
   return {};
 }
 std::string hold_or_value(const std::string& answer) {
-  return answer == "hold" || numbers_in(answer, 1) ? "" : "hold, or a number in CO units";
+  return answer == "hold" || numbers_in(answer, 1)
+             ? ""
+             : "hold, or a number in CO units, with a decimal point, such as 0.5";
 }
 std::string numbers_list(const std::string& answer) {
   const std::vector<std::string> words = words_in(answer);
@@ -120,6 +124,8 @@ std::string numbers_list(const std::string& answer) {
 }
 
 constexpr const char* kPlaceHelp = "UNIT TABLE ADDRESS TYPE [ORDER], such as 1 input 0 f32 cdab";
+constexpr const char* kHoldingHelp =
+    "UNIT TABLE ADDRESS TYPE [ORDER], such as 1 holding 0 f32 cdab";
 
 constexpr std::array kQuestions{
     Question{"tag", "loop", "Tag of the loop, such as FIC-101", nullptr, tag},
@@ -160,7 +166,7 @@ constexpr std::array kQuestions{
              "Two raw values and their values in units (0 10000 0 25); none: the register holds "
              "the value itself; live: you enter the value on the display",
              "live", scaling},
-    Question{"co.register", "devices", kPlaceHelp, nullptr, register_place},
+    Question{"co.register", "devices", kHoldingHelp, nullptr, register_place},
     Question{"co.scale", "devices", "As for PV: four numbers, none or live", "live", scaling},
     Question{"stem.register", "devices", "The same, or none", "none", register_or_none},
     Question{"stem.scale", "devices", "As for PV: four numbers, none or live", "live", scaling},

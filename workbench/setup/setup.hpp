@@ -4,9 +4,11 @@
 #pragma once
 
 #include <array>
+#include <chrono>
 #include <filesystem>
 #include <functional>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "config/config_reader.hpp"
@@ -35,6 +37,9 @@ struct Setup {
   std::string socket;            // of the daemon
   std::string tag;
   double record_minutes = 20.0;
+  std::function<void(double seconds)> wait = [](double seconds) {
+    std::this_thread::sleep_for(std::chrono::duration<double>(seconds));
+  };
 
   State& state() const { return dialogue.state(); }
   std::filesystem::path loop_file() const { return folder / "loops.d" / (tag + ".yaml"); }

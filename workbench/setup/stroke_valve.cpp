@@ -69,16 +69,18 @@ Outcome stroke_valve(Setup& setup) {
   if (!now.cycle) throw TestAborted("the loop has not run yet");
   std::optional<double> stands;
   if (!std::isfinite(now.cycle->co)) {
-    stands = dialogue.number_now(fmt::format(
-        "  The output is not known, and your answer is written to it. Present position of the "
-        "valve, {}",
-        now.co_unit));
+    stands = dialogue.number_now(
+        fmt::format(
+            "  The output is not known, and your answer is written to it. Present position of the "
+            "valve, {}",
+            now.co_unit),
+        now.co_unit);
   }
   protocol::LoopStatus believed = now;
   if (stands) believed.cycle->co = *stands;
   LiveLimits limits = limits_now(setup, believed);
-  const double seconds =
-      dialogue.number_now("  Seconds at each step (five times what PV needs to follow the valve)");
+  const double seconds = dialogue.number_now(
+      "  Seconds at each step (five times what PV needs to follow the valve)", "s");
   if (!(seconds > 0.0 && seconds <= 600.0)) throw TestAborted("a step lasts up to 600 s");
   Session session(setup.socket, setup.tag);
   check_in_force(setup, daemon);

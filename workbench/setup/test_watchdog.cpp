@@ -135,21 +135,27 @@ Outcome test_watchdog(Setup& setup) {
     return Outcome::left;
   }
   const double home = dialogue.number_now(
-      fmt::format("  Where the device takes the valve by itself, {}", loop.co_unit));
+      fmt::format("  Where the device takes the valve by itself, {}", loop.co_unit), loop.co_unit);
   const double span = loop.controller.pid.output_span();
   DaemonClient daemon(setup.socket);
   LiveLimits limits = limits_now(setup, status_of(daemon, setup.tag));
-  const std::string from_text =
+  const std::string from_text = without_unit(
       dialogue.ask_now(fmt::format("  The output to begin at, within these limits and well away "
                                    "from there, {}",
                                    loop.co_unit),
                        [&](const std::string& answer) -> std::string {
-                         const auto value = numbers_in(answer, 1);
+                         const auto value = numbers_in(without_unit(answer, loop.co_unit), 1);
                          const bool good = value && value->front() >= limits.co_low &&
                                            value->front() <= limits.co_high &&
                                            std::abs(value->front() - home) > 0.05 * span;
-                         return good ? "" : "within the limits, more than 5 % of the span away";
-                       });
+                         return good ? ""
+                                     : fmt::format(
+                                           "a number from {:g} to {:g}, more than {:.4g} "
+                                           "(5 % of the span) away from {:g} {}",
+                                           limits.co_low, limits.co_high, 0.05 * span, home,
+                                           loop.co_unit);
+                       }),
+      loop.co_unit);
   double stem = std::numeric_limits<double>::quiet_NaN();  // at the end
   bool fitted = false;
   std::optional<Silence> seen;
@@ -194,7 +200,8 @@ Outcome test_watchdog(Setup& setup) {
   }
   if (!fitted) {
     stem = dialogue.number_now(
-        fmt::format("  The valve's position just before the commands resumed, {}", loop.co_unit));
+        fmt::format("  The valve's position just before the commands resumed, {}", loop.co_unit),
+        loop.co_unit);
   }
   const std::string found =
       fmt::format("the device moved the valve {:.1f} s after the last order, to {:.4g} {}{}",

@@ -138,6 +138,17 @@ TEST_CASE("an answer can include its unit", "[setup]") {
   CHECK(refusal_of("pv.unit: m3/h\npv.range: 0 25 m3/h\nti: 8 s\n").empty());
 }
 
+TEST_CASE("a refused number names the expected form", "[setup]") {
+  ScriptedSetup s;
+  s.person.lines = {"0,5", "0.5", "5 min", "300 s", "0,5", "50 %"};
+  CHECK(s.dialogue.number("kc") == 0.5);
+  CHECK(s.person.told("a number above 0, with a decimal point, such as 0.5"));
+  CHECK(s.dialogue.number("ti") == 300.0);
+  CHECK(s.person.told("the only unit is s"));
+  CHECK(s.dialogue.number_now("Output", "%") == 50.0);
+  CHECK(s.person.told("a number such as 10.5 or 10.5 % (decimal point, no other unit)"));
+}
+
 TEST_CASE("back repeats the previous question and offers its answer", "[setup]") {
   ScriptedSetup s;
   s.person.lines = {"0.3", "8", "back"};

@@ -47,6 +47,13 @@ TEST_CASE("each question accepts the answer that it offers, and refuses nonsense
   for (const std::string& id : question_ids()) {
     INFO(id);
     const Question& q = question(id);
+    // An example in the question is a valid answer, and CO's is a register that can be written.
+    const std::size_t example = q.text.find("such as 1 ");
+    if (id.ends_with(".register") && example != std::string::npos) {
+      const auto place = register_in(std::string(q.text.substr(example + 8)));
+      REQUIRE(place);
+      CHECK(place->table == (id == "co.register" ? "holding" : "input"));
+    }
     if (q.fallback != nullptr) CHECK(q.wrong(q.fallback).empty());
     if (id != "description" && id != "pv.unit" && id != "co.unit" && !id.starts_with("opcua") &&
         id != "link.hosts" && id != "link.host" && id != "link.device") {

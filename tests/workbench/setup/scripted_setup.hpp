@@ -96,7 +96,8 @@ struct ScriptedSetup {
                        },
                    .folder = folder.path(),
                    .socket = (folder / "control.sock").string(),
-                   .tag = "FIC-101"};
+                   .tag = "FIC-101",
+                   .wait = [](double) {}};
 };
 
 }  // namespace loopwarden::tests

@@ -54,6 +54,20 @@ void answer_all(ScriptedSetup& s, const std::map<std::string, std::string>& answ
   for (const auto& [id, answer] : answers) s.state.answer(id, answer);
 }
 
+// The loop's registers have plausible values.
+void connect_devices(ScriptedSetup& s) {
+  s.devices.units = {1, 2};
+  s.devices.values = {
+      {{"input", 12}, {4000.0}}, {{"holding", 2}, {5000.0}}, {{"input", 20}, {50.0}}};
+}
+
+// A register that keeps each value while it is read: once to show it and for a second after it.
+std::deque<double> held(const std::vector<double>& values) {
+  std::deque<double> series;
+  for (const double value : values) series.insert(series.end(), 12, value);
+  return series;
+}
+
 config::Configuration as_read(const ScriptedSetup& s) {
   auto read = config::read_configuration(s.folder.path());
   INFO(config::to_text(read.diagnostics));
@@ -174,6 +188,7 @@ TEST_CASE("a scan covers the typed range, and only reads", "[setup]") {
   ScriptedSetup s;
   answer_all(s, kControlled);
   answer_all(s, {{"link.hosts", "10.0.0.1 10.0.0.2"}, {"scan.units", "1,4"}});
+  connect_devices(s);
   s.devices.values[{"input", 0}] = {7.0};
   INFO(s.person.said);
   REQUIRE(find_devices(s.all) == Outcome::done);
@@ -230,10 +245,10 @@ TEST_CASE("a register is scaled by the value on its display", "[setup]") {
   ScriptedSetup s;
   answer_all(s, kControlled);
   s.state.answer("pv.scale", "live");
+  connect_devices(s);
   auto& pv = s.devices.values[{"input", 12}];
   SECTION("two values") {
-    // The register is read when it is shown and when the answer is given.
-    pv = {4000.0, 4300.0, 5000.0, 6000.0, 4000.0};
+    pv = held({4300.0, 6000.0, 4000.0});
     s.person.lines = {"43 %", "15"};
     find_devices(s.all);
     CHECK(s.state.answers().at("pv.scale") == "4300 6000 10.75 15");
@@ -246,11 +261,45 @@ TEST_CASE("a register is scaled by the value on its display", "[setup]") {
     CHECK(s.state.answers().at("pv.scale") == "0 4300 0 10.75");
   }
   SECTION("the same value twice") {
-    pv = {4300.0, 4300.0, 4300.0, 4300.0, 8600.0, 8600.0};
+    pv = held({4300.0, 4300.0, 8600.0});
     s.person.lines = {"43 %", "43 %", "86 %"};
     find_devices(s.all);
-    CHECK(s.person.told("did not change"));
+    CHECK(s.person.told("too close: raw 4300 = 10.75 m3/h and raw 4300 = 10.75 m3/h"));
     CHECK(s.state.answers().at("pv.scale") == "4300 8600 10.75 21.5");
+  }
+  SECTION("raw values that differ only by noise") {
+    s.state.answer("pv.register", "1 input 12 f32");
+    pv = {-0.0058};
+    for (int i = 0; i < 100; ++i) pv.push_back(-0.0048 + 0.001 * (i % 3 - 1));
+    s.person.lines = {"99 %", "12 m3/h"};
+    CHECK_THROWS_AS(find_devices(s.all), Paused);
+    CHECK(s.person.told("too close: raw -0.0048 = 24.75 m3/h and raw -0.0048 = 12 m3/h"));
+    CHECK(s.person.told("raw values by more than 0.01"));
+  }
+  SECTION("a first value while the register moves") {
+    pv = {4000.0};
+    for (int i = 0; i < 11; ++i) pv.push_back(4000.0 + 100.0 * i);
+    for (const double value : held({6000.0, 8000.0, 8000.0})) pv.push_back(value);
+    s.person.lines = {"10", "15", "20"};
+    find_devices(s.all);
+    CHECK(s.person.told("too close"));
+    CHECK(s.state.answers().at("pv.scale") == "6000 8000 15 20");
+  }
+  SECTION("noise and zero") {
+    s.state.answer("pv.register", "1 input 12 f32");
+    for (int i = 0; i < 100; ++i) pv.push_back(-0.0048 + 0.001 * (i % 3 - 1));
+    s.person.lines = {"99 %", ""};
+    CHECK_THROWS_AS(find_devices(s.all), Paused);
+    CHECK(s.person.told("too close"));
+  }
+  SECTION("a range that a later value leaves") {
+    pv = held({4000.0, 4100.0});
+    pv.insert(pv.end(), 11, 4600.0);
+    for (const double value : held({1000.0, 9000.0, 9000.0})) pv.push_back(value);
+    s.person.lines = {"10", "15", "2.5", "22.5"};
+    find_devices(s.all);
+    CHECK(s.person.told("40 m3/h is outside of the range 0 to 25. Enter both points again"));
+    CHECK(s.state.answers().at("pv.scale") == "1000 9000 2.5 22.5");
   }
   SECTION("unscaled") {
     pv = {9.0};
@@ -393,11 +442,11 @@ TEST_CASE("an answer that the file would refuse is refused at once", "[setup]") 
   SECTION("each answer that conflicts with earlier ones is refused") {
     answer_all(s, kControlled);
     const std::vector<std::pair<std::string, std::string>> wrong{
-        {"stop.bad_pv", "150"},          {"stop.end", "-5"},
-        {"co.limits", "5 150"},          {"sp.limits", "2 40"},
-        {"comm_loss.timeout", "0.5"},    {"link.port", "70000"},
-        {"link.host", "plc.example"},    {"pv.scale", "0 7.6e-43 0 5"},
-        {"comm_loss.scale", "0 1e7 0 1"}};
+        {"stop.bad_pv", "150"},           {"stop.end", "-5"},
+        {"co.limits", "5 150"},           {"sp.limits", "2 40"},
+        {"comm_loss.timeout", "0.5"},     {"link.port", "70000"},
+        {"link.host", "plc.example"},     {"pv.scale", "0 7.6e-43 0 5"},
+        {"co.register", "1 input 0 f32"}, {"comm_loss.scale", "0 1e7 0 1"}};
     for (const auto& [id, answer] : wrong) {
       INFO(id << ": " << answer);
       CHECK_FALSE(s.dialogue.why_refused(id, answer).empty());
@@ -409,6 +458,28 @@ TEST_CASE("an answer that the file would refuse is refused at once", "[setup]") 
     s.person.lines = {"1 9"};
     CHECK(write_files(s.all) == Outcome::done);
     CHECK(s.state.answers().at("sp.limits") == "1 9");
+  }
+  SECTION("CO needs a holding register, and the one that was read is in the file") {
+    answer_all(s, kControlled);
+    connect_devices(s);
+    s.state.forget_answer("co.register");
+    s.devices.values[{"holding", 6}] = {5000.0};
+    s.person.lines = {"1 input 0 f32", "2 holding 6 u16"};
+    REQUIRE(find_devices(s.all) == Outcome::done);
+    CHECK(s.person.told("an input register can only be read. Name a holding register"));
+    for (const auto& asked : s.devices.asked) CHECK((asked.table != "input" || asked.address != 0));
+    REQUIRE(write_files(s.all) == Outcome::done);
+    const config::Configuration all = as_read(s);
+    const auto& io = std::get<hal::modbus::LoopModbusSettings>(all.loops.at(0).io);
+    CHECK(io.command.unit == 2);
+    CHECK(io.command.reg.address == 6);
+    // An answer that an older version accepted is not written.
+    std::filesystem::remove(s.all.loop_file());
+    s.state.answer("co.register", "1 input 0 f32");
+    CHECK_THROWS_WITH(write_files(s.all), Catch::Contains("co.register is asked again"));
+    CHECK_FALSE(std::filesystem::exists(s.all.loop_file()));
+    s.state.answer("control", "elsewhere");
+    CHECK(s.dialogue.why_refused("co.register", "1 input 0 f32").empty());
   }
   SECTION("and the question is repeated") {
     answer_all(s, kControlled);
@@ -423,6 +494,7 @@ TEST_CASE("a register whose value is out of range is asked for again", "[setup]"
   ScriptedSetup s;
   answer_all(s, kControlled);
   s.state.answer("stem.register", "none");
+  connect_devices(s);
   auto& wrong = s.devices.values[{"input", 12}];
   auto& right = s.devices.values[{"input", 14}];
   SECTION("by its scaled value") {
@@ -433,6 +505,23 @@ TEST_CASE("a register whose value is out of range is asked for again", "[setup]"
     CHECK(s.person.told("162.5 m3/h is outside of the range 0 to 25"));
     CHECK(s.state.answers().at("pv.register") == "1 input 14 u16");
     CHECK(s.state.answers().at("pv.scale") == "0 10000 0 25");
+  }
+  SECTION("a register without a value") {
+    right = {4000.0};
+    const auto [where, why] = GENERATE(std::pair{"1 input 99 u16", "illegal data address"},
+                                       std::pair{"7 input 14 u16", "no reply within 300 ms"});
+    s.state.answer("pv.register", where);
+    s.state.forget_answer("pv.scale");
+    s.person.lines = {"1 input 14 u16", "0 10000 0 25"};
+    CHECK(find_devices(s.all) == Outcome::done);
+    CHECK(s.person.told(std::string(why) + ": unit, register"));
+    CHECK(s.state.answers().at("pv.register") == "1 input 14 u16");
+  }
+  SECTION("the same register twice is accepted, also without a value") {
+    s.state.answer("pv.register", "1 input 99 u16");
+    s.person.lines = {"", ""};
+    CHECK(find_devices(s.all) == Outcome::done);
+    CHECK(s.state.answers().at("pv.register") == "1 input 99 u16");
   }
   SECTION("the same register twice is accepted") {
     wrong = {65000.0};
