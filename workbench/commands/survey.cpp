@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <map>
 #include <optional>
 #include <set>
 #include <nlohmann/json.hpp>
@@ -102,6 +103,44 @@ std::string count_text(const SurveyCount& count, const nlohmann::json& failed) {
   return text;
 }
 
+struct ListRow {
+  std::string order;
+  const nlohmann::json* loop;
+  std::string next;
+};
+
+// Returns the loops with an order in the sequence of worklist.csv, then all others by rank.
+std::vector<ListRow> list_rows(const nlohmann::json& survey) {
+  std::map<std::string, const nlohmann::json*> left;
+  for (const auto& loop : survey.at("loops")) left[loop.at("tag").get<std::string>()] = &loop;
+  std::vector<ListRow> rows;
+  for (const auto& order : survey.value("worklist", nlohmann::json::array())) {
+    const auto loop = left.extract(order.at("source_tag").get<std::string>());
+    if (loop.empty()) continue;
+    rows.push_back({std::to_string(order.at("order").get<std::size_t>()), loop.mapped(),
+                    order.at("action").get<std::string>()});
+  }
+  for (const auto& loop : survey.at("loops")) {
+    if (left.count(loop.at("tag").get<std::string>()) == 0) continue;
+    rows.push_back({"-", &loop, loop.at("next").at("what").get<std::string>()});
+  }
+  return rows;
+}
+
+// Prints the tags of --loops that match no loop of the survey.
+void print_unmatched(const std::string& file, const LoopWeights& weights,
+                     const nlohmann::json& survey) {
+  std::set<std::string> known;
+  for (const auto& loop : survey.at("loops")) {
+    known.insert(loop.at("tag").get<std::string>());
+    known.insert(loop.at("shown").get<std::string>());
+  }
+  for (const auto& [tag, weight] : weights) {
+    if (known.count(tag) > 0) continue;
+    fmt::print(stderr, "{}:{}: {} matches no loop\n", file, weight.line, base::in_quotes(tag));
+  }
+}
+
 void print_survey(const nlohmann::json& survey, const fs::path& out, bool as_json) {
   if (as_json) {
     show_json(survey);
@@ -122,10 +161,11 @@ void print_survey(const nlohmann::json& survey, const fs::path& out, bool as_jso
   std::string counts;
   for (const auto& [step, count] : steps) counts += fmt::format(", {} {}", count, step);
   fmt::print("{} loop{}{}\n", loops.size(), loops.size() == 1 ? "" : "s", counts);
-  fmt::print("{:>5}  {:<28} {:<16} {:>7} {:>10} {:>6}  {}\n", "rank", "loop", "verdict", "valve %",
+  fmt::print("{:>5}  {:<28} {:<16} {:>7} {:>10} {:>6}  {}\n", "order", "loop", "verdict", "valve %",
              "period s", "group", "next");
-  for (std::size_t k = 0; k < std::min(kLinesShown, loops.size()); ++k) {
-    const auto& loop = loops[k];
+  const std::vector<ListRow> rows = list_rows(survey);
+  for (std::size_t k = 0; k < std::min(kLinesShown, rows.size()); ++k) {
+    const auto& loop = *rows[k].loop;
     const auto number = [&](const char* key, double factor) {
       return loop.at(key).is_number() ? fmt::format("{:.4g}", factor * loop.at(key).get<double>())
                                       : std::string("-");
@@ -133,13 +173,12 @@ void print_survey(const nlohmann::json& survey, const fs::path& out, bool as_jso
     std::string verdict = loop.at("verdict").get<std::string>();
     if (verdict == "valve_effect") verdict = loop.at("effects").at(0).at("name").get<std::string>();
     if (verdict == "other_cause") verdict = loop.at("cause").get<std::string>();
-    fmt::print("{:>5}  {:<28} {:<16} {:>7} {:>10} {:>6}  {}\n", k + 1,
+    fmt::print("{:>5}  {:<28} {:<16} {:>7} {:>10} {:>6}  {}\n", rows[k].order,
                loop.value("shown", loop.at("tag").get<std::string>()), verdict,
                loop.at("probability").is_number()
                    ? fmt::format("{:.0f}", 100.0 * loop.at("probability").get<double>())
                    : "-",
-               number("period_s", 1.0), number("group", 1.0),
-               loop.at("next").at("what").get<std::string>());
+               number("period_s", 1.0), number("group", 1.0), rows[k].next);
   }
   if (loops.size() > kLinesShown)
     fmt::print("  ... {} more in survey.html\n", loops.size() - kLinesShown);
@@ -283,6 +322,7 @@ int run_survey(const SurveyCommand& given) {
     const nlohmann::json survey =
         write_survey({options.merge.begin(), options.merge.end()}, out, report);
     if (!options.json) print_failed(survey.at("failed"));
+    print_unmatched(options.weights, report.weights, survey);
     print_survey(survey, out, options.json);
     against.tell(survey, out);
     return exit_code_of(survey.at("failed"));
@@ -314,6 +354,7 @@ int run_survey(const SurveyCommand& given) {
     return exit_code_of(survey.at("failed"));
   }
   if (!options.json) print_failed(survey.at("failed"));
+  if (run.share.of == 1) print_unmatched(options.weights, report.weights, survey);
   fmt::print(stderr, "{}\n", count_text(count, survey.at("failed")));
   print_survey(survey, out, options.json);
   against.tell(survey, out);

@@ -12,6 +12,7 @@
 #include "workbench/command_line/frame.hpp"
 #include "workbench/survey/neighbours.hpp"
 #include "workbench/survey/site_names.hpp"
+#include "workbench/survey/survey_page.hpp"
 #include "workbench/text/csv_text.hpp"
 
 namespace loopwarden::workbench {
@@ -105,6 +106,23 @@ std::string day_of(const json& outcome) {
   return outcome.at("answered").get<std::string>().substr(0, 10);
 }
 
+struct FirstChecks {
+  const char* effect;
+  const char* parts;
+};
+// The effects that a verdict names. docs/explanation/valve-faults.md has the same checks.
+constexpr std::array kFirstChecks{FirstChecks{"stiction", "packing and actuator size"},
+                                  FirstChecks{"backlash", "linkage and stem connection"}};
+
+std::string repair_text(const json& loop) {
+  const json& effect = loop.at("effects").at(0).at("name");
+  const auto* checks = std::find_if(kFirstChecks.begin(), kFirstChecks.end(),
+                                    [&](const FirstChecks& one) { return effect == one.effect; });
+  return fmt::format(
+      "check {} first; until the repair a compensator or a wider dead band reduces the cycling",
+      checks == kFirstChecks.end() ? "the valve" : checks->parts);
+}
+
 // The next step with an explanation.
 struct NextStep {
   std::string what;
@@ -122,13 +140,12 @@ NextStep next_step(const json& loop, const ShownByTag& shown) {
   }
   if (is(loop, "verdict", "valve_effect") && is(loop, "grade", "likely")) {
     const json test = loop.value("next_test", json());  // null: no response of PV was found
-    return {"test the valve", test.is_object() ? test.at("text").get<std::string>()
-                                               : "PV hardly answers to CO: stroke the valve"};
+    if (!test.is_object()) return {"test the valve", "PV hardly answers to CO: stroke the valve"};
+    return {test.at("move").is_null() ? "look closer" : "test the valve",
+            test.at("text").get<std::string>()};
   }
   if (is(loop, "verdict", "valve_effect")) {
-    return {"repair",
-            "look at packing, actuator and positioner of the valve; until then a compensator or a "
-            "wider dead band reduces the cycling"};
+    return {"repair", repair_text(loop)};
   }
   if (loop.value("slave_at_fault", json(nullptr)).is_string()) {
     return {"look upstream", "its slave " + named("slave_at_fault") +
@@ -166,8 +183,11 @@ NextStep next_step(const json& loop, const ShownByTag& shown) {
                   : "it follows its set point: look at the loop that writes it"};
     }
     return {"look upstream",
-            follows ? "it oscillates with " + named("likely_source") + ": look there first"
-                    : "an external oscillation drives it: look for a loop with the same period"};
+            follows
+                ? "it oscillates with " + named("likely_source") + ": look there first"
+                : "an external oscillation drives it: look for a loop with the same period" +
+                      (number(loop, "period_s") > 0.0 ? ", " + period_text(number(loop, "period_s"))
+                                                      : std::string())};
   }
   if (is(loop, "verdict", "healthy")) return {"nothing", "valve and loop are healthy"};
   return {"look closer", loop.at("settle").is_string() ? loop["settle"].get<std::string>()

@@ -27,6 +27,11 @@ namespace loopwarden::workbench {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
+std::string period_text(double s) {
+  if (s < 100.0) return fmt::format("{:.3g} s", s);
+  return s < 5400.0 ? fmt::format("{:.3g} min", s / 60.0) : fmt::format("{:.3g} h", s / 3600.0);
+}
+
 namespace {
 
 constexpr double kSparkWidth = 140.0;
@@ -41,11 +46,6 @@ std::string number_cell(const json& value, double factor = 1.0, int digits = 3) 
   if (!value.is_number()) return "<td class=\"wide\"></td>";
   const double v = factor * value.get<double>();
   return fmt::format("<td class=\"wide\" data-v=\"{:.6g}\">{:.{}g}</td>", v, v, digits);
-}
-
-std::string period_text(double s) {
-  if (s < 100.0) return fmt::format("{:.3g} s", s);
-  return s < 5400.0 ? fmt::format("{:.3g} min", s / 60.0) : fmt::format("{:.3g} h", s / 3600.0);
 }
 
 // Returns a moment by the export's clock, to the minute. Without a clock it counts from the start.
@@ -371,7 +371,7 @@ std::string worklist_html(const json& survey, const LoopNames& names) {
   const auto undecided =
       std::count_if(survey.at("loops").begin(), survey.at("loops").end(), [](const json& loop) {
         return loop.at("next").at("what") == "look closer" && loop.at("verdict") != "other_cause" &&
-               !loop.at("oscillating").get<bool>();
+               loop.at("verdict") != "valve_effect" && !loop.at("oscillating").get<bool>();
       });
   std::string html = fmt::format(
       "<section class=\"worklist\"><h2>Work list</h2>\n<p>{}.{}</p>\n", orders_text(orders),

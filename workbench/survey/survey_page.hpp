@@ -13,6 +13,8 @@ namespace loopwarden::workbench {
 
 // Returns "stiction 4.1 %", "tuning", "can't tell", ...
 std::string surveyed_verdict(const nlohmann::json& loop);
+// Returns a period with a suitable unit: "60 s", "10 min", "2 h".
+std::string period_text(double s);
 // Returns true for an entry of `failed` that is a loop without PV or CO.
 bool is_skipped(const nlohmann::json& problem);
 // Returns a tag in which a line can break only after the characters that separate its parts.

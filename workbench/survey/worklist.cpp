@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -27,7 +28,8 @@ std::optional<Work> work_of(const json& loop) {
   for (const WorkCost& work : Costs{}.works) {
     if (next != work.action) continue;
     // An undecided loop that does not swing needs more data, not a person.
-    const bool undecided = work.work == Work::look && loop.at("verdict") != "other_cause";
+    const bool undecided = work.work == Work::look && loop.at("verdict") != "other_cause" &&
+                           loop.at("verdict") != "valve_effect";
     return undecided && !loop.at("oscillating").get<bool>() ? std::nullopt
                                                             : std::optional(work.work);
   }
@@ -107,28 +109,61 @@ std::string capitalised(std::string text) {
   return text;
 }
 
-json order_for(const json& loop, Work work, const Costs& costs) {
+struct Effort {
+  std::string who;
+  bool shutdown = false;
+  double minutes = 0.0;
+};
+
+// Returns the effort of an order. The class and the duration of the loop's planned test decide, if
+// the order is this test.
+Effort effort_of(const json& loop, Work work, const Costs& costs) {
+  constexpr double kTestDay = 480.0;   // min
+  constexpr double kRecording = 60.0;  // min; the hour that deciding_test_text requests
   const WorkCost& cost = costs.of(work);
+  Effort effort{cost.who, cost.shutdown, cost.minutes};
+  const json test = loop.value("next_test", json(nullptr));
+  if (!test.is_object()) {
+    effort.shutdown = effort.shutdown || work == Work::test;  // a stroke over the whole travel
+    return effort;
+  }
+  if (loop.at("next").at("why") != test.at("text")) return effort;
+  if (test.at("move").is_null()) {
+    effort.minutes += kRecording;
+  } else if (const json& by = test.at("allowed_by"); by.is_null() || by == "test day") {
+    effort.who = costs.of(Work::tune).who;
+    effort.minutes = kTestDay;
+  } else {
+    effort.who = costs.of(by == "operator" ? Work::look : Work::test).who;
+    effort.minutes += std::ceil(test.at("duration_s").get<double>() / 60.0);
+  }
+  return effort;
+}
+
+json order_for(const json& loop, Work work, const Costs& costs) {
+  const Effort effort = effort_of(loop, work, costs);
   const std::string shown = loop.at("shown").get<std::string>();
   const std::string finding = surveyed_verdict(loop);
   const json& windows = loop.at("windows");
-  const std::string action = cost.action;
+  const std::string action = costs.of(work).action;
+  std::string text = capitalised(loop.at("next").at("why").get<std::string>());
+  if (!text.ends_with('.')) text += '.';
   return {
       {"id", shown + " " + action},
       {"action", action},
       {"tag", shown},
       {"source_tag", loop.at("tag")},
       {"area", loop.at("area")},
-      {"who", cost.who},
-      {"shutdown", cost.shutdown},
-      {"minutes", cost.minutes},
+      {"who", effort.who},
+      {"shutdown", effort.shutdown},
+      {"minutes", effort.minutes},
       {"currency", costs.currency},
       {"confidence", confidence_of(loop, work)},
       {"probability",
        work == Work::repair || work == Work::test ? loop.at("probability") : json(nullptr)},
       {"finding", finding},
       {"short_text", clipped(capitalised(action) + ": " + shown + ", " + finding)},
-      {"text", capitalised(loop.at("next").at("why").get<std::string>()) + "."},
+      {"text", text},
       {"also_steadies", json::array()},
       {"from", windows.empty() ? "" : moment_of(loop, windows.front().at("from_s").get<double>())},
       {"to", windows.empty() ? "" : moment_of(loop, windows.back().at("to_s").get<double>())},
@@ -232,8 +267,14 @@ std::string worklist_csv(const json& orders) {
     std::string line;
     for (const char* column : kFields) {
       const json& value = order.at(column);
+      const std::string name = column;
       std::string cell;
-      if (value.is_string()) {
+      if (name == "from" || name == "to") {
+        // One form for all records: no zone, no fraction of a second.
+        cell = value.get<std::string>().substr(0, std::strlen("2026-03-01T00:00:00"));
+      } else if (name == "probability" && value.is_number()) {
+        cell = fmt::format("{:.2f}", value.get<double>());
+      } else if (value.is_string()) {
         cell = csv_cell(value.get<std::string>());
       } else if (value.is_boolean()) {
         cell = value.get<bool>() ? "yes" : "no";

@@ -11,7 +11,8 @@
 
 namespace loopwarden::workbench {
 
-// Returns the orders of a survey, the surest and most valuable first. `survey`: from join_survey.
+// Returns the orders of a survey, sorted by confidence, then by the mean of the saving, the largest
+// first, then by rank. `survey`: from join_survey.
 // One order serves all loops that follow its loop. A loop that is undecided and does not swing has
 // no order. Each order:
 //   {"order": 1, "id", "action", "tag", "source_tag", "area", "who", "shutdown", "minutes",

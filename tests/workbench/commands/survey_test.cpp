@@ -361,6 +361,16 @@ TEST_CASE(
     CHECK(sick["next"]["what"] == (sick["grade"] == "seen" ? "repair" : "test the valve"));
     CHECK(sick["windows"].size() == 1);
   }
+  // The terminal has the orders of worklist.csv in the same sequence.
+  REQUIRE(survey["worklist"].size() >= 2);
+  std::size_t at = one.text.find("\norder ");
+  for (const json& order : survey["worklist"]) {
+    at = one.text.find("\n    " + std::to_string(order["order"].get<int>()) + "  " +
+                           order["tag"].get<std::string>(),
+                       at);
+    CHECK(at != std::string::npos);
+  }
+  CHECK(one.text.find("\n    -  ", at) != std::string::npos);
   CHECK(survey["loops"][3]["verdict"] == "healthy");
   CHECK(survey["loops"][3]["travel_per_hour"].get<double>() > 0.0);
   CHECK(fs::exists(plant.folder() / "one/assets/uPlot.iife.min.js"));
@@ -449,7 +459,7 @@ TEST_CASE("import and survey end with 65 for unreadable files, and the counts ad
       "\n2 files: 2 read, 0 could not be read; 2 loops: 0 judged, 2 from an earlier run, 0 could "
       "not be read; 1 loop without PV or CO; 1 file skipped\n");
   CHECK(skipped < counts);
-  CHECK(counts < alone[2].find("\n rank "));
+  CHECK(counts < alone[2].find("\norder "));
   // An earlier day of a loop, with a broken row.
   std::string day = "Timestamp,FIC101.PV,FIC101.OP\n";
   for (int k = 0; k < 500; ++k) {

@@ -88,7 +88,7 @@ TEST_CASE("a group has a likely source only among loops that share a unit", "[su
   CHECK(source_of("FIC2101", "FIC3102", true).first.is_null());
   CHECK(source_of("r05", "r11", true).first == "r11");  // one time
   CHECK(source_of("r05", "r11", false).first.is_null());
-  CHECK_THAT(source_of("r05", "r11", false).second, Contains("a loop with the same period"));
+  CHECK_THAT(source_of("r05", "r11", false).second, Contains("a loop with the same period, 60 s"));
 }
 
 TEST_CASE("one order serves the loops that follow a sticking valve", "[survey][worklist]") {
@@ -123,6 +123,75 @@ TEST_CASE("one order serves the loops that follow a sticking valve", "[survey][w
     INFO(head.substr(from, to - from));
     CHECK_THAT(reference, Contains("`" + head.substr(from, to - from) + "`"));
     from = to + 1;
+  }
+}
+
+TEST_CASE("an order to repair names the first checks of its fault", "[survey][worklist]") {
+  const std::string faults = read_file(LOOPWARDEN_SOURCE_DIR "/docs/explanation/valve-faults.md");
+  for (const std::string effect : {"stiction", "backlash"}) {
+    const std::size_t row = faults.find("| [" + effect + "](#" + effect + ")");
+    REQUIRE(row != std::string::npos);
+    const std::string line = faults.substr(row, faults.find('\n', row) - row);
+    std::string checks = line.substr(line.rfind("| ", line.size() - 3) + 2);
+    checks = checks.substr(0, checks.find(" |"));
+    checks.replace(checks.find(", "), 2, " and ");
+    const json order = list_of({with_swing(valve_loop("FIC1", 4.0, effect), 2.0)})[0];
+    CHECK_THAT(order["text"].get<std::string>(), Contains("Check " + checks + " first;"));
+  }
+}
+
+TEST_CASE("the planned test of a loop gives person and minutes of its order",
+          "[survey][worklist]") {
+  const auto order_of = [](const json& test, const Costs& costs = {}) {
+    json loop = with_swing(valve_loop("FIC1", 4.0, "stiction", "likely"), 2.0);
+    loop["oscillating"] = false;
+    loop["next_test"] = test;
+    return list_of({loop}, {}, costs).at(0);
+  };
+  const auto planned = [](const char* allowed_by) {
+    return json{{"text", "Move CO. Permission: operator."},
+                {"move", "output_step"},
+                {"duration_s", 1450.0},
+                {"allowed_by", allowed_by != nullptr ? json(allowed_by) : json()}};
+  };
+  const json technician = order_of(planned("technician"));
+  CHECK(technician["action"] == "test the valve");
+  CHECK(technician["who"] == "technician");
+  CHECK(technician["minutes"] == 55.0);  // 30 min, and the test
+  CHECK(technician["shutdown"] == false);
+  CHECK(technician["text"] == "Move CO. Permission: operator.");
+  CHECK(order_of(planned("operator"))["who"] == "operator");
+  for (const char* beyond : {static_cast<const char*>(nullptr), "test day"}) {
+    CHECK(order_of(planned(beyond))["who"] == "control engineer");
+    CHECK(order_of(planned(beyond))["minutes"] == 480.0);
+  }
+  // No move decides: an hour of record.
+  const json none = order_of({{"text", "Record an hour."}, {"move", nullptr}});
+  CHECK(none["action"] == "look closer");
+  CHECK(none["who"] == "operator");
+  CHECK(none["minutes"] == 90.0);
+  // No response of PV: a stroke over the whole travel.
+  const json stroke = order_of(nullptr);
+  CHECK(stroke["action"] == "test the valve");
+  CHECK(stroke["shutdown"] == true);
+  CHECK_THAT(stroke["text"].get<std::string>(), Contains("stroke the valve."));
+  // The site's names of the persons.
+  const auto costs = read_costs_text("c.yaml", "work: {test: {who: fitter, minutes: 10}}\n");
+  REQUIRE(costs);
+  CHECK(order_of(planned("technician"), *costs)["who"] == "fitter");
+  CHECK(order_of(planned("technician"), *costs)["minutes"] == 35.0);
+}
+
+TEST_CASE("times and probabilities of the CSV have one form", "[survey][worklist]") {
+  json zoned = with_swing(valve_loop("FIC1", 4.0), 2.0);
+  zoned["probability"] = 0.943487;
+  json local = with_swing(valve_loop("FIC2", 4.0), 1.0);
+  local["import"]["start"] = "2026-10-01T00:00:00.500";
+  const std::string csv = worklist_csv(list_of({zoned, local}));
+  CHECK_THAT(csv, Contains(",high,0.94,stiction") && Contains(",high,0.95,stiction"));
+  for (const char* tag : {"FIC1", "FIC2"}) {
+    CHECK_THAT(csv,
+               Contains(std::string(",") + tag + ",2026-10-01T00:00:00,2026-10-01T08:00:00\n"));
   }
 }
 
@@ -173,6 +242,14 @@ TEST_CASE("areas and masters come from loop files, and diagnose names the master
   CHECK(loop["master"] == "TIC-101");
   CHECK_THAT(run(LOOPWARDEN_CLI " diagnose " + record + " --master TIC-101").text,
              Contains("master: TIC-101 moves the set point"));
+  // A tag of --loops without a loop is reported with its line.
+  write_file(folder / "loops.csv", "tag,cost_per_hour\nFIC-205,1\nFIC999,3\n");
+  const std::string told =
+      run("cd " + folder.path().string() +
+          " && " LOOPWARDEN_CLI " survey exports --out s --loops loops.csv 2>&1")
+          .text;
+  CHECK_THAT(told, Contains("loops.csv:3: 'FIC999' matches no loop\n"));
+  CHECK_THAT(told, !Contains("'FIC-205' matches no loop"));
 }
 
 TEST_CASE("costs of a site replace the defaults, and errors are strict", "[survey][worklist]") {
