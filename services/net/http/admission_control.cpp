@@ -7,7 +7,8 @@
 namespace loopwarden::http {
 namespace {
 
-constexpr double kBurst_s = 4.0;
+// A view of the page has some 50 files: a browser may open twenty tabs at once.
+constexpr double kBurst_s = 20.0;
 constexpr std::size_t kMostBuckets = 4096;
 
 // Returns how many of `places` streams may take.

@@ -18,7 +18,7 @@ struct ClientLimits {
   std::size_t clients = 200;     // connections in all
   std::size_t per_address = 50;  // connections of one address other than this host
   std::size_t loopback = 100;    // connections of this host, for example of a proxy
-  double requests_per_s = 50.0;  // per address, on average; bursts of four seconds
+  double requests_per_s = 50.0;  // per address, on average; bursts of twenty seconds
 };
 
 class AdmissionControl {

@@ -16,6 +16,7 @@ const VIEWS = {
 const OF_FLEET = new Set(['fleet', 'valve']), OF_PAGE = new Set(['login']);
 const has = (view) => OF_PAGE.has(view) || (OF_FLEET.has(view) ? live.session?.fleet : live.session?.box !== false);
 
+const LATE_MS = 2000;
 const shell = new Shell(document.getElementById('app'));
 let scope = null;
 let first = true;
@@ -41,6 +42,18 @@ function trouble(main, error) {
     el('button', {click: () => show()}, texts.again)));
 }
 
+// Shows "Loading" if a part does not arrive within 2 s, because an empty page looks broken.
+async function loaded(part) {
+  const notice = el('p', {class: 'nothing', role: 'status'}, texts.loading);
+  const timer = setTimeout(() => { if (!shell.main.childElementCount) shell.main.append(notice); }, LATE_MS);
+  try {
+    return await part;
+  } finally {
+    clearTimeout(timer);
+    notice.remove();
+  }
+}
+
 async function show() {
   const wanted = live.session?.must_login ? {view: 'login', parts: [], options: {}} : address();
   // A view that can follow the address itself does so. For example, the list of alarms keeps its position.
@@ -53,7 +66,7 @@ async function show() {
   const main = shell.main;
   try {
     if (!load) throw new Error(texts.notFound);
-    const view = await load();
+    const view = await loaded(load());
     if (mine.over) return;
     main.replaceChildren();
     main.dataset.view = wanted.view || 'overview';
@@ -71,6 +84,9 @@ async function show() {
 }
 
 addEventListener('hashchange', show);
+// A page that the browser keeps for "back" needs no stream.
+addEventListener('pagehide', () => live.disconnect());
+addEventListener('pageshow', ({persisted}) => { if (persisted && live.session && !live.session.must_login) live.connect(); });
 live.addEventListener('session', () => {
   shell.session();
   show();
@@ -80,7 +96,7 @@ live.addEventListener('session', () => {
 
 async function begin() {
   try {
-    await live.start();
+    await loaded(live.start());
   } catch (error) {
     trouble(shell.main, error);
     setTimeout(begin, 2000);

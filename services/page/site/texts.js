@@ -190,6 +190,7 @@ const en = {
   },
   alarm: {
     title: 'Alarms', caption: 'Alarms that are active or unacknowledged, in the chosen order', search: 'Search alarms', searchHint: 'loop, alarm', filter: {area: 'Area', priority: 'Priority', source: 'Source'}, filterAll: {area: 'All areas', priority: 'All priorities', source: 'All sources'}, noMatch: 'No matching alarms.',
+    order: 'Order', orders: {need: 'Urgent first', loop: 'Loop', alarm: 'Alarm', state: 'Active first', priority: 'High priority first', size: 'Large first', raised: 'New first'},
     isActive: 'active', isCleared: 'cleared', select: 'Select {loop}, {alarm}', selectAll: 'Select all unacknowledged', acknowledgeSeveral: 'Acknowledge {n} …', andMore: 'and {n} more', doneSeveral: 'Acknowledged: {n}', state: 'State', loop: 'Loop', alarm: 'Alarm', size: 'Size', raised: 'Raised', times: 'Times',
     firstOut: 'first', nothing: 'No active or unacknowledged alarms.', gone: 'This incident is over. All its alarms are acknowledged.',
     cause: 'Cause', consequence: 'Consequence', action: 'Action', evidence: 'Evidence', evidenceFor: '{n} samples that raised it, every {step}', noEvidence: 'No evidence is stored for this alarm.',

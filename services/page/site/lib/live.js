@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Live data of the box: one stream of server-sent events for all views. It reports when values become old, and
+// Live data of the box: one stream of server-sent events for all views and tabs. It reports when values become old, and
 // reconnects without user action.
 import {Spark} from './history.js';
 import {get, keepCsrf, loopPath, onLost, post, query} from './api.js';
+import {openStream} from './event_stream.js';
 import {person} from './person.js';
 
 const OLD_AFTER_MS = 1500; // checked each 250 ms, so it is noticed within two seconds
@@ -44,12 +45,12 @@ export class Live extends EventTarget {
     if (!this.session.must_login) this.connect();
   }
 
-  // Without a daemon there is no stream.
-  connect() {
+  // Without a daemon there is no stream. renew: the session has changed.
+  connect(renew = false) {
     if (this.session.box === false) return;
     this.#source?.close();
     if (!this.overview) this.heard_ms = Date.now();
-    const source = new EventSource('/api/events');
+    const source = openStream(renew);
     this.#source = source;
     const on = (type, act) => source.addEventListener(type, (event) => act(event.data ? JSON.parse(event.data) : null));
     on('overview', (o) => this.#take(o));
@@ -65,6 +66,8 @@ export class Live extends EventTarget {
       this.#retry = setTimeout(() => this.#comeBack(), 1000);
     };
   }
+
+  disconnect() { this.#source?.close(); }
 
   // Reads the session again: it may have ended, or another server may answer now.
   async #comeBack() {
@@ -89,7 +92,7 @@ export class Live extends EventTarget {
   // After a log-in.
   async renewSession() {
     await this.#fetchSession();
-    if (!this.session.must_login) this.connect();
+    if (!this.session.must_login) this.connect(true);
   }
 
   async logOut() {

@@ -73,8 +73,10 @@ class AlarmList {
     this.rows = el('div', {class: 'told'});
     this.search = el('input', {type: 'search', placeholder: t.searchHint, 'aria-label': t.search, input: () => this.#want({search: this.search.value})});
     this.selects = Object.fromEntries(['area', 'priority', 'source'].map((name) => [name, el('select', {'aria-label': t.filter[name], change: (event) => this.#want({[name]: event.target.value})})]));
+    // For a phone, which has no heads of columns.
+    this.order = el('select', {class: 'order', 'aria-label': t.order, change: () => this.#want({sort: this.order.value, turned: false})}, Object.keys(RANKS).map((name) => el('option', {value: name}, t.orders[name])));
     this.chosenCount = el('button', {type: 'button', class: 'main', hidden: true, click: () => acknowledgeLines(this.lines.filter((line) => this.#selected.has(keyOf(line))))});
-    this.node = el('section', {class: 'panel list'}, el('form', {class: 'tools', role: 'search', submit: (event) => event.preventDefault()}, this.search, Object.values(this.selects), el('span', {class: 'stretch'}), this.chosenCount),
+    this.node = el('section', {class: 'panel list'}, el('form', {class: 'tools', role: 'search', submit: (event) => event.preventDefault()}, this.search, Object.values(this.selects), this.order, el('span', {class: 'stretch'}), this.chosenCount),
       this.rows, alarmFigures(scope));
   }
 
@@ -150,6 +152,7 @@ class AlarmList {
     this.key = fresh;
     const all = linesOf(live.alarms, live.incidents), active = document.activeElement, held = active?.dataset.key ?? active?.getAttribute('href');
     this.#fillSelects(all);
+    this.order.value = this.#wish.sort;
     this.lines = this.#arranged(all);
     const open = new Set(this.lines.filter((line) => waits(line.state)).map(keyOf));
     for (const key of this.#selected) if (!open.has(key)) this.#selected.delete(key);

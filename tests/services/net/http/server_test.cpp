@@ -359,7 +359,7 @@ TEST_CASE("too many requests of one address are refused with a time to wait") {
   const Running running(settings);
   RawClient client = running.client();
   std::string all;
-  // A burst of twenty is allowed. The other requests can't all be admitted in time.
+  // A burst of a hundred is allowed. The other requests can't all be admitted in time.
   for (int i = 0; i < 300; ++i) client.send(get_line("/a"));
   all = client.rest();
   CHECK_THAT(all, Contains("HTTP/1.1 429"));

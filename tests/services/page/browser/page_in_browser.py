@@ -11,6 +11,7 @@ Without --all (about a minute):
 - every view in both themes under axe-core
 - one outage of eight watched loops, and the list of alarms (alone: --outage)
 - the test that an explanation proposes (alone: --test)
+- eight tabs and quick reloads (alone: --tabs)
 - a day that the recorder still has, commands with their confirmation
 - keyboard, themes, 360 pixels, paper, hostile words
 --keep: folder for screenshots. Exit code 1: a check failed. 74: no program, browser or npm.
@@ -26,6 +27,7 @@ import tempfile
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 import asked_reports  # noqa: E402
+import many_tabs  # noqa: E402
 import outage  # noqa: E402
 import planned_test  # noqa: E402
 import trends_and_bell  # noqa: E402
@@ -685,6 +687,7 @@ def main():
     parser.add_argument("--all", action="store_true", help="everything")
     parser.add_argument("--outage", action="store_true", help="only the outage and the list of alarms")
     parser.add_argument("--test", action="store_true", help="only the test that an explanation proposes")
+    parser.add_argument("--tabs", action="store_true", help="only eight tabs and quick reloads")
     parser.add_argument("--keep", type=pathlib.Path, help="folder for screenshots and PDFs")
     parser.add_argument("--port", type=int, default=0, help="of the page; any free one else")
     options = parser.parse_args()
@@ -698,6 +701,9 @@ def main():
         source = axe_source()
         if options.test:
             planned_test.tried(wrong, axe, source, keep, options.keep)
+            return 1 if wrong else 0
+        if options.tabs:
+            many_tabs.tried(wrong)
             return 1 if wrong else 0
         if options.outage:
             outage.tried(wrong, axe, source)
@@ -729,6 +735,7 @@ def main():
         if options.all:
             outage.tried(wrong, axe, source)
             planned_test.tried(wrong, axe, source, keep, options.keep)
+            many_tabs.tried(wrong)
             whether_it_acts(source, options.keep)
             reports_of_records(options.keep)
             view_states.no_data(wrong)

@@ -17,6 +17,7 @@ NOTHING = {"trends": "Up to eight curves", "alarms": "No active or unacknowledge
 HOLD = """(() => {
   const ask = window.fetch;
   window.fetch = (path, options) => (path === '/api/session' ? ask(path, options) : new Promise(() => {}));
+  window.SharedWorker = undefined; // the stream is opened by the page
   window.EventSource = class extends EventTarget { static CLOSED = 2; readyState = 0; close() {} };
 })()"""
 
