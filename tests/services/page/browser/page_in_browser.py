@@ -728,6 +728,7 @@ def main():
                 view_states.logged_out(box, browser)
                 browser.log_in(box, "vera")
                 view_states.first_seconds(box, browser)
+                view_states.no_answer(box, browser)
             killed_and_back(box, browser)
             if options.all:
                 view_states.never_heard_of(box, browser)

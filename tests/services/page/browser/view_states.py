@@ -58,6 +58,17 @@ def first_seconds(box, browser):
     browser.driver.refresh()
 
 
+def no_answer(box, browser):
+    """An empty page looks broken: it shows that it waits, even for the session."""
+    script = browser.driver.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": "window.fetch = () => new Promise(() => {});"})["identifier"]
+    browser.driver.get(box.url)
+    browser.driver.refresh()
+    browser.until(lambda: "Loading" in browser.text("main"), f"a page without an answer shows {browser.text('main')!r}")
+    browser.driver.execute_cdp_cmd("Page.removeScriptToEvaluateOnNewDocument", {"identifier": script})
+    browser.driver.refresh()
+    browser.until(lambda: browser.all(".tile") and "Loading" not in browser.text("main"), "the notice stays")
+
+
 def stale(box, browser):
     is_stale = lambda: browser.run("document.body.classList.contains('stale')")
     for route in VIEWS:
@@ -79,6 +90,7 @@ def never_heard_of(box, browser):
     box.page.kill()
     box.page.wait()
     box.start_page()
+    browser.until(lambda: browser.all("form.panel input[name=password]"), "after a restart of the page no log-in is requested")
     browser.log_in(box, "vera")
     for route in VIEWS:
         browser.driver.get(f"{box.url}/#/{route}")
