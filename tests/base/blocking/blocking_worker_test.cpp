@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "base/blocking/blocking_worker.hpp"
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <catch2/catch.hpp>
@@ -15,14 +16,19 @@ using loopwarden::base::BlockingWorker;
 
 namespace {
 
+// A listing can miss a thread while others end, so the largest of several counts.
 int threads_called(const std::string& name) {
-  int count = 0;
-  for (const auto& task : std::filesystem::directory_iterator("/proc/self/task")) {
-    std::ifstream file(task.path() / "comm");
-    std::string one;
-    if (std::getline(file, one) && one == name) ++count;
+  int most = 0;
+  for (int listing = 0; listing < 10; ++listing) {
+    int count = 0;
+    for (const auto& task : std::filesystem::directory_iterator("/proc/self/task")) {
+      std::ifstream file(task.path() / "comm");
+      std::string one;
+      if (std::getline(file, one) && one == name) ++count;
+    }
+    most = std::max(most, count);
   }
-  return count;
+  return most;
 }
 
 }  // namespace
