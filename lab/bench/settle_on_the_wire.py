@@ -3,7 +3,8 @@
 """A small test over Modbus: loopwardend on a pymodbus plant whose valve has friction of its own (a balance of forces), or a
 loose linkage. `gap` reads a quiet record and proposes a test, `valve-test --plan --live` carries it out and judges it.
 
-Prints the explanations before and after, and what was predicted.  Example: lab/bench/settle_on_the_wire.py --truth stiction
+Prints the explanations before and after, and what was predicted.
+Example: lab/bench/settle_on_the_wire.py --truth stiction --out /tmp/settle
 """
 import argparse
 import json
@@ -93,7 +94,7 @@ def main():
     parser.add_argument("--seconds", type=float, default=60.0, help="of the record, by the clock")
     parser.add_argument("--step", type=float, default=0.5, help="of SP in the record, L/min")
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--out", default="settle", help="folder")
+    parser.add_argument("--out", required=True, help="folder")
     args = parser.parse_args()
     friction = (["--stick", str(args.band), "--jump", str(args.jump * args.band), "--mass", "0.002"]
                 if args.truth == "stiction" else ["--play", str(args.band)])

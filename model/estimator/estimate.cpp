@@ -177,7 +177,7 @@ class Estimator {
     return out;
   }
 
-  // Only the sizes of the error are searched again.
+  // Only the sizes of the error are searched again; for a simulated record they are given.
   Reweighted reweighted(const Observed& later, double rest_s, std::optional<Drawn> from) const {
     const Observed both = joined(observed_, later, rest_s);
     const std::size_t count = both.pv.size();

@@ -20,14 +20,14 @@ constexpr std::array<double, 10> kSizes{0.0025, 0.005, 0.01, 0.015, 0.02,
                                         0.03,   0.05,  0.08, 0.12,  0.2};
 constexpr std::size_t kAllowedSizes = 7;
 constexpr std::array<double, 3> kHolds{3.0, 8.0, 20.0};  // answer times
-constexpr double kWorthTrying = 0.5;                     // the same if no test reaches kWanted
+constexpr double kWorthTrying = 0.5;                     // if no test reaches kWanted. Seeds 800200 to 800223
 constexpr double kWarmUp = 20.0;                         // answer times before the move
 constexpr std::size_t kRivals = 4;                       // samples that judge a simulated test
 constexpr std::size_t kFirstTests = 5;                   // of each explanation
 constexpr std::size_t kTests = 50;
 constexpr double kFirstError = 0.1;      // of the share of right decisions after the first tests
-constexpr double kMostLead = 10.0;       // nats: a clearer test is not better
-constexpr double kClearLead = 8.0;       // nats, mean: larger moves tell no more
+constexpr double kMostLead = 10.0;       // nats: a clearer test is not better. By hand
+constexpr double kClearLead = 8.0;       // nats, mean: larger moves tell no more. By hand
 constexpr std::size_t kJudged = 10;      // of each explanation, if the estimator judges them
 constexpr std::size_t kMostFailing = 2;  // most telling moves of a class that are judged in vain
 constexpr std::size_t kMostBeyond = 3;   // the same outside the limits
