@@ -20,7 +20,7 @@ constexpr std::array<double, 10> kSizes{0.0025, 0.005, 0.01, 0.015, 0.02,
                                         0.03,   0.05,  0.08, 0.12,  0.2};
 constexpr std::size_t kAllowedSizes = 7;
 constexpr std::array<double, 3> kHolds{3.0, 8.0, 20.0};  // answer times
-constexpr double kWorthTrying = 0.5;                     // if no test reaches kWanted. Seeds 800200 to 800223
+constexpr double kWorthTrying = 0.5;                     // without a test that reaches kWanted
 constexpr double kWarmUp = 20.0;                         // answer times before the move
 constexpr std::size_t kRivals = 4;                       // samples that judge a simulated test
 constexpr std::size_t kFirstTests = 5;                   // of each explanation
