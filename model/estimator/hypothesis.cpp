@@ -208,6 +208,8 @@ bool compatible(const Law& a, const Law& b) {
   const auto is = [&](std::string_view x, std::string_view y) {
     return (x == a.name && y == b.name) || (x == b.name && y == a.name);
   };
+  // A band and steps of the stem together have the form of stiction.
+  if (is("backlash", "resolution") && a.block == b.block) return false;
   // Two shapes of the same curve of PV over CO.
   return !is("valve_characteristic", "gain_change") && !is("valve_characteristic", "output_bias") &&
          !is("valve_characteristic", "leakage") && !is("leakage", "output_bias") &&
