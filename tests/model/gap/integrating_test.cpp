@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "model/gap/workflow.hpp"
+#include "tests/model/gap/few_names.hpp"
 #include "tests/model/gap/gap_support.hpp"
 
 namespace integrating_gap_test {
@@ -58,7 +59,9 @@ TEST_CASE("an effect on an integrating process is named", "[gap][integrating][lo
   }
   plant::LoopModel believed = model;
   believed.controller = truth.controller;
-  const gap::Result result = gap_of(believed, test::record_of(truth, 135.0));
+  const gap::Result result =
+      gap::find_gap(test::record_of(truth, 135.0), believed,
+                    test::options_among(test::kLikely, true), test::serial, [](double) {});
   REQUIRE(result.check.usable);
   CAPTURE(result.sentence);
   REQUIRE(result.effects.size() == 1);

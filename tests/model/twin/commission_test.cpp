@@ -163,6 +163,12 @@ plant::ScheduledFault gain_change(double factor) {
           .schedule = {.from_s = 300.0}};
 }
 
+// An explanation of an alarm at `alarm_s`. Its stretch ends five minutes after it begins.
+twin::Explanation explained(const numeric::LoopRecord& record, double alarm_s) {
+  return twin::explain(record, twin_model(), static_cast<std::size_t>(alarm_s / 0.1),
+                       {.enough_s = 300.0}, test::serial);
+}
+
 TEST_CASE(
     "the twin's watch is silent while the plant stays within its uncertainty, and on after that",
     "[commission][twin]") {
@@ -205,13 +211,14 @@ TEST_CASE(
     "an explanation examines the data after the change, names it, and gives the alarm its name",
     "[commission][explain][long]") {
   const numeric::LoopRecord record = changed_at({gain_change(1.4)}, 900.0);
-  const auto alarm = static_cast<std::size_t>(450.0 / 0.1);
+  constexpr double kAlarm_s = 450.0;
+  const auto alarm = static_cast<std::size_t>(kAlarm_s / 0.1);
   const twin::TellingStretch telling = twin::telling_stretch(record, twin_model(), alarm, {});
   const gap::SampleRange stretch = telling.range;
   CHECK(telling.latest >= stretch.begin);
   CHECK(record.seconds_at(stretch.begin) == Approx(300.0).margin(45.0));
   CHECK(stretch.end > alarm);
-  const twin::Explanation e = twin::explain(record, twin_model(), alarm, {}, test::serial);
+  const twin::Explanation e = explained(record, kAlarm_s);
   REQUIRE(e.usable());
   REQUIRE(e.result.effects.size() == 1);
   CHECK(e.result.effects[0].spec.name == "gain_change");
@@ -244,9 +251,8 @@ TEST_CASE("two changes at once are both named", "[commission][explain][long]") {
   const plant::ScheduledFault backlash{.effect = {"backlash", {{"deadband", 0.5}}},
                                        .block = effects::Block::valve,
                                        .schedule = {.from_s = 300.0}};
-  const numeric::LoopRecord record = changed_at({gain_change(0.75), backlash}, 900.0);
-  const auto alarm = static_cast<std::size_t>(400.0 / 0.1);
-  const twin::Explanation e = twin::explain(record, twin_model(), alarm, {}, test::serial);
+  const numeric::LoopRecord record = changed_at({gain_change(0.75), backlash}, 600.0);
+  const twin::Explanation e = explained(record, 400.0);
   REQUIRE(e.result.effects.size() == 2);
   for (const gap::FoundEffect& effect : e.result.effects) {
     CAPTURE(effect.spec.name);
@@ -263,14 +269,13 @@ TEST_CASE("two changes at once are both named", "[commission][explain][long]") {
 }
 
 TEST_CASE("a change that no effect explains gets no name", "[commission][explain][long]") {
-  numeric::LoopRecord record = changed_at({gain_change(1.0)}, 900.0);
+  numeric::LoopRecord record = changed_at({gain_change(1.0)}, 600.0);
   // A sine that becomes faster.
   for (std::size_t k = 3000; k < record.size(); ++k) {
     const double t = record.seconds_at(k) - 300.0;
     record.pv[k] += 0.4 * std::sin((0.05 + 0.001 * t) * t);
   }
-  const auto alarm = static_cast<std::size_t>(400.0 / 0.1);
-  const twin::Explanation e = twin::explain(record, twin_model(), alarm, {}, test::serial);
+  const twin::Explanation e = explained(record, 400.0);
   REQUIRE(e.usable());
   CHECK(e.result.outcome == gap::Outcome::unexplained);
   CHECK(e.result.effects.empty());
