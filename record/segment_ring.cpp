@@ -164,15 +164,15 @@ void SegmentWriter::sync_all(std::span<SegmentWriter* const> writers) noexcept {
 }
 
 bool SegmentWriter::write_rows(std::span<const RecordRow> rows) {
-  buffer_.resize(rows.size() * kSegmentRowBytes);
+  std::vector<char> bytes(rows.size() * kSegmentRowBytes);
   for (std::size_t i = 0; i < rows.size(); ++i) {
     encode(rows[i], rows_in_segment_ + static_cast<std::uint32_t>(i), header_crc_,
-           std::span(buffer_).subspan(i * kSegmentRowBytes, kSegmentRowBytes));
+           std::span(bytes).subspan(i * kSegmentRowBytes, kSegmentRowBytes));
   }
   const std::size_t offset = kSegmentHeaderBytes + rows_in_segment_ * kSegmentRowBytes;
-  bool written = file_.write_at(buffer_.data(), buffer_.size(), offset);
+  bool written = file_.write_at(bytes.data(), bytes.size(), offset);
   if (!written && disk_is_full(errno) && make_room()) {
-    written = file_.write_at(buffer_.data(), buffer_.size(), offset);
+    written = file_.write_at(bytes.data(), bytes.size(), offset);
   }
   if (!written) {
     failed("writing a segment", errno);

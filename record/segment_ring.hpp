@@ -94,7 +94,6 @@ class SegmentWriter {
   std::uint32_t header_crc_ = 0;
   std::uint32_t rows_in_segment_ = 0;
   std::vector<RecordRow> pending_;
-  std::vector<char> buffer_;
   bool unsynced_ = false;
   // A full disk costs one old segment for each new one. Otherwise another program that uses the
   // freed space could cost the whole history.

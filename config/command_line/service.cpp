@@ -2,6 +2,7 @@
 #include "config/command_line/service.hpp"
 
 #include <fmt/format.h>
+#include <malloc.h>
 #include <spdlog/pattern_formatter.h>
 #include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>
@@ -80,6 +81,8 @@ int run_service(CLI::App& app, std::vector<std::string> words, const std::functi
     return kExitUsage;
   }
   try {
+    // An arena for each thread would keep memory that one of them needed at its start.
+    ::mallopt(M_ARENA_MAX, 1);
     std::reverse(words.begin(), words.end());  // CLI11 expects the words in reverse order
     app.parse(words);
     return run();

@@ -181,6 +181,9 @@ Assembly::Assembly(config::Configuration from_files, const std::filesystem::path
     modbus = std::make_unique<ModbusServer>(*configuration.daemon.modbus_server, plant(), journal,
                                             console_sources, loops.clock());
   }
+  // Each loop has its own part.
+  configuration.loops = {};
+  configuration.text = {};
 }
 
 // Makes the loops. A loop starts with the mode and set point from before the restart if its file

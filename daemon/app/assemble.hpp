@@ -69,7 +69,7 @@ struct Assembly {
   Assembly& operator=(const Assembly&) = delete;
   ~Assembly() = default;
 
-  config::Configuration configuration;
+  config::Configuration configuration;  // without loops and text once the loops are made
   RealTimeLoops loops;
   WatchedLoops elsewhere{loops.clock()};
   Origin origin;

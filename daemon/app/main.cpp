@@ -2,6 +2,7 @@
 #include <CLI/CLI.hpp>
 #include <csignal>
 #include <fmt/format.h>
+#include <malloc.h>
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
@@ -105,7 +106,11 @@ int run(const std::string& directory, bool check, bool safe) {
   if (check)
     return reading.sound ? say_sound(directory, reading.configuration) : kExitConfiguration;
   if (!reading.runnable) return kExitConfiguration;
-  return run_loops(std::move(reading.configuration), directory, specialists);
+  config::Configuration configuration = std::move(reading.configuration);
+  // The daemon runs for years with the memory that it has from here on.
+  reading = {};
+  ::malloc_trim(0);
+  return run_loops(std::move(configuration), directory, specialists);
 }
 
 int run_command_line(int argc, char** argv) {

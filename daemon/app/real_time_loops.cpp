@@ -38,18 +38,21 @@ rt::ValvePositionSource source_of(const config::ValvePosition& position) {
 
 // Sizes the queues for the monitor's longest delay: windows and routine evidence of all loops may
 // be full at the same moment. Judging takes 8 ms per loop, and 20 ms on a slow host.
-rt::LoopChannels::Room room_of(const config::LoopConfig& loop, std::size_t loops,
-                               double accelerate) {
+rt::LoopChannels::Room room_of(const config::LoopConfig& loop,
+                               const config::Configuration& configuration) {
   constexpr double kHistorianLate_s = 5.0;
   constexpr double kMonitorLate_s = 10.0;
   constexpr double kJudging_s = 0.02;  // per loop
   const auto cycles = [&](double late_s) {
-    return static_cast<std::size_t>(late_s / loop.sample_time_s * accelerate) + 8;
+    return static_cast<std::size_t>(late_s / loop.sample_time_s * configuration.daemon.accelerate) +
+           8;
   };
-  const std::size_t watched = cycles(kMonitorLate_s + kJudging_s * static_cast<double>(loops));
+  const auto loops = static_cast<double>(configuration.loops.size());
+  const std::size_t watched = cycles(kMonitorLate_s + kJudging_s * loops);
   return {.records = cycles(kHistorianLate_s),
           .watched = watched,
           .moves_samples = config::is_watched(loop.io) ? 1 : watched,
+          .master_commands = configuration.daemon.modbus_server ? rt::CommandMailbox::kRoom : 1,
           .monitor_commands = loop.monitor.corrective.enabled ? rt::CommandMailbox::kRoom : 1};
 }
 
@@ -83,8 +86,7 @@ void RealTimeLoops::make(const config::Configuration& configuration, const Start
     loop.config = config;
     const rt::LoopSettings settings = settings_of(config, config::backing_of(config.io));
     loop.io = backends_.make(config);
-    loop.channels =
-        std::make_unique<rt::LoopChannels>(room_of(config, configuration.loops.size(), accelerate));
+    loop.channels = std::make_unique<rt::LoopChannels>(room_of(config, configuration));
     loop.commissioning = std::make_unique<Commissioning>(*loop.channels);
     loop.settings = std::make_unique<CurrentSettings>(settings, *loop.channels);
     loop.cycle = std::make_unique<rt::ControlCycle>(

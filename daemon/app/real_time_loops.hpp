@@ -74,9 +74,9 @@ class RealTimeLoops {
 
 // Returns a loop's period in ns of real time.
 std::int64_t period_ns(const config::LoopConfig& loop, double accelerate);
-// Returns how far readers of a loop's channels may lag. `loops`: number of loops.
-rt::LoopChannels::Room room_of(const config::LoopConfig& loop, std::size_t loops,
-                               double accelerate);
+// Returns how far readers of a loop's channels may lag.
+rt::LoopChannels::Room room_of(const config::LoopConfig& loop,
+                               const config::Configuration& configuration);
 // Returns the number of cycles for which a request of planned moves is valid.
 std::uint32_t moves_lease(const config::LoopConfig& loop, double accelerate);
 

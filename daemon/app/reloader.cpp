@@ -91,7 +91,7 @@ std::string what_was_done(const reload::Plan& plan) {
 Reloader::Reloader(const config::Configuration& started, std::filesystem::path folder,
                    std::vector<LoopRuntime>& loops, const Historian& historian,
                    journal::Journal& journal, ReloaderCallbacks callbacks)
-    : running_(started),
+    : running_(started.daemon),
       loops_(loops),
       historian_(historian),
       journal_(journal),
@@ -102,7 +102,6 @@ Reloader::Reloader(const config::Configuration& started, std::filesystem::path f
       status_(hash_of(started.text)),
       plan_(reload::at_start(started)) {
   status_.publish(plan_);
-  running_.text.clear();
 }
 
 void Reloader::step() {
@@ -210,7 +209,7 @@ void Reloader::take(const ReadFiles& read) {
   queue_.set(*current_.job, State::taking);
   status_.taken(hash_of(wanted.text));
   note_gains_of_file(wanted);
-  reload::apply(wanted.daemon, running_.daemon);
+  reload::apply(wanted.daemon, running_);
   callbacks_.take_over(wanted.daemon);
 }
 
@@ -322,12 +321,13 @@ std::uint64_t Reloader::write_down(const std::string& result) const {
 }
 
 config::Configuration Reloader::in_force() const {
-  config::Configuration all = running_;
-  for (std::size_t i = 0; i < loops_.size(); ++i) {
-    const rt::LoopSettings settings = loops_[i].settings->get();
-    all.loops[i].controller = settings.controller;
-    all.loops[i].safety = settings.safety;
-    all.loops[i].pv = settings.pv_check;
+  config::Configuration all{.daemon = running_, .loops = {}, .text = {}};
+  for (const LoopRuntime& loop : loops_) {
+    const rt::LoopSettings settings = loop.settings->get();
+    config::LoopConfig& config = all.loops.emplace_back(loop.config);
+    config.controller = settings.controller;
+    config.safety = settings.safety;
+    config.pv = settings.pv_check;
   }
   return all;
 }

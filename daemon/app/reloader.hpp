@@ -95,7 +95,7 @@ class Reloader {
   config::Configuration in_force() const;
   reload::Output output(std::size_t loop) const;
 
-  config::Configuration running_;  // the configuration in force, except for the loops' settings
+  config::DaemonConfig running_;  // loopwardend.yaml in force
   std::vector<LoopRuntime>& loops_;
   const Historian& historian_;
   journal::Journal& journal_;

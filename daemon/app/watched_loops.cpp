@@ -38,8 +38,7 @@ void WatchedLoops::make(const config::Configuration& configuration, BackendFacto
     loop.config = config;
     const rt::LoopSettings settings = settings_of(config, config::backing_of(config.io));
     loop.source = backends.make_source(config, board_);
-    loop.channels =
-        std::make_unique<rt::LoopChannels>(room_of(config, configuration.loops.size(), accelerate));
+    loop.channels = std::make_unique<rt::LoopChannels>(room_of(config, configuration));
     loop.commissioning = std::make_unique<Commissioning>(*loop.channels);
     loop.settings = std::make_unique<CurrentSettings>(settings, *loop.channels);
     loop.watch = std::make_unique<external::WatchCycle>(static_cast<std::uint32_t>(loops.size()),

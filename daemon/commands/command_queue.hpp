@@ -9,8 +9,8 @@
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
-#include <deque>
 #include <functional>
+#include <list>
 #include <optional>
 #include <string>
 #include <utility>
@@ -81,8 +81,9 @@ class CommandQueue {
   const std::atomic<std::uint8_t>& standing_;
   CommandCallbacks callbacks_;
   std::uint64_t newest_ = 0;
-  std::deque<Waiting> waiting_;
-  std::deque<Outcome> outcomes_;
+  // Lists, because most queues are empty: an empty deque has 576 bytes.
+  std::list<Waiting> waiting_;
+  std::list<Outcome> outcomes_;
 };
 
 }  // namespace loopwarden::daemon::commands

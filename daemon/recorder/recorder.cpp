@@ -244,7 +244,7 @@ void Recorder::write_loop(std::size_t loop) {
 // Returns the next request that was made before row `end`.
 std::optional<Recorder::CsvOrder> Recorder::next_order(std::size_t loop, std::uint64_t end) {
   const std::lock_guard lock(mutex_);
-  std::deque<CsvOrder>& orders = tracks_[loop].csv.orders;
+  std::list<CsvOrder>& orders = tracks_[loop].csv.orders;
   if (orders.empty() || orders.front().after > end) return std::nullopt;
   const CsvOrder order = orders.front();
   orders.pop_front();

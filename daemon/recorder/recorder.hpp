@@ -11,8 +11,8 @@
 #include <condition_variable>
 #include <cstddef>
 #include <cstdint>
-#include <deque>
 #include <filesystem>
+#include <list>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -95,7 +95,7 @@ class Recorder {
     bool cancelled = false;  // its requester no longer waits for the start
     std::filesystem::path file;
     std::string error;
-    std::deque<CsvOrder> orders;
+    std::list<CsvOrder> orders;
   };
   // Data shared with other threads.
   struct Track {

@@ -22,10 +22,12 @@ struct LoopChannels {
     std::size_t records = 64;  // cycles
     std::size_t watched = 64;  // cycles
     std::size_t moves_samples = 64;
+    std::size_t master_commands = CommandMailbox::kRoom;
     std::size_t monitor_commands = CommandMailbox::kRoom;
   };
   explicit LoopChannels(const Room& room)
-      : monitor_commands(room.monitor_commands),
+      : master_commands(room.master_commands),
+        monitor_commands(room.monitor_commands),
         records(room.records),
         watched(room.watched),
         moves_samples(room.moves_samples) {}

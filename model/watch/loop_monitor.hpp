@@ -24,6 +24,7 @@
 
 #include <cstdint>
 #include <limits>
+#include <memory>
 #include <optional>
 
 #include "model/watch/controller_watch.hpp"
@@ -71,9 +72,10 @@ class LoopMonitor {
               bool foreign_controller = true)
       : builder_(window), rule_(rule), judge_(judge) {
     if (window.routine) routine_.emplace(window);
-    if (twin != nullptr) twin_.emplace(*twin);
-    if (twin != nullptr && foreign_controller) controller_.emplace(*twin);
-    if (twin != nullptr) load_.emplace(*twin);
+    if (twin == nullptr) return;
+    twin_ = std::make_unique<TwinWatch>(*twin);
+    if (foreign_controller) controller_ = std::make_unique<ControllerWatch>(*twin);
+    load_ = std::make_unique<LoadWatch>(*twin);
   }
 
   // Adds a cycle. Allocates only what the measures and the routine evidence need for a full window.
@@ -89,7 +91,7 @@ class LoopMonitor {
   alarm::Window window() const noexcept { return builder_.window(); }
   // Returns the samples of the newest step's routine judgement, if any. Valid until the next call
   // of add().
-  RoutineWatch::Samples routine_samples() const noexcept {
+  RoutineWatch::Samples routine_samples() const {
     return routine_ ? routine_->samples() : RoutineWatch::Samples{};
   }
   // The present state of routine evidence. No allocation.
@@ -98,10 +100,8 @@ class LoopMonitor {
   }
   const WindowSettings& settings() const noexcept { return builder_.settings(); }
   // Returns the twin's watch; null without a twin.
-  const TwinWatch* twin() const noexcept { return twin_ ? &*twin_ : nullptr; }
-  const ControllerWatch* controller() const noexcept {
-    return controller_ ? &*controller_ : nullptr;
-  }
+  const TwinWatch* twin() const noexcept { return twin_.get(); }
+  const ControllerWatch* controller() const noexcept { return controller_.get(); }
   // Returns the remarks of the twin; empty without a twin. No allocation.
   std::optional<TwinRemarks> remarks() const noexcept;
   // Returns whether a twin exists and shows no sign of a change.
@@ -119,9 +119,10 @@ class LoopMonitor {
   WindowBuilder builder_;
   alarm::VerdictRule rule_;
   std::optional<RoutineWatch> routine_;
-  std::optional<TwinWatch> twin_;
-  std::optional<LoadWatch> load_;              // with the twin
-  std::optional<ControllerWatch> controller_;  // with the twin, of a foreign controller
+  // Not inside this object, because most loops have no twin, and these have 6 kB.
+  std::unique_ptr<TwinWatch> twin_;
+  std::unique_ptr<LoadWatch> load_;              // with the twin
+  std::unique_ptr<ControllerWatch> controller_;  // with the twin, of a foreign controller
   alarm::AlarmConditions told_{};
   bool calm_ = false;
   std::uint64_t next_period_ = 0;

@@ -82,7 +82,6 @@ RoutineWatch::RoutineWatch(const WindowSettings& settings)
     Level& level = levels_.emplace_back();
     level.decimation = decimation;
     level.sample_time_s = static_cast<double>(decimation) * cycle_s;
-    level.sp.resize(2 * Limits::kRoutineSamples);
     level.pv.resize(2 * Limits::kRoutineSamples);
     level.co.resize(2 * Limits::kRoutineSamples);
   }
@@ -92,6 +91,7 @@ void RoutineWatch::leave_out(Level& level, std::uint64_t cycles, bool manual) no
   const std::uint64_t longest = Limits::kLongestBreak * level.decimation;
   level.left_out = static_cast<std::size_t>(std::min(longest, level.left_out + cycles));
   if (level.left_out < longest) return;
+  level.sp.clear();
   level.count = 0;
   level.has_before = level.full = false;
   level.in_sample = 0;
@@ -103,22 +103,23 @@ void RoutineWatch::leave_out(Level& level, std::uint64_t cycles, bool manual) no
   if (manual) level.sum = level.on ? std::min(level.sum, Limits::kRaise) : 0.0;
 }
 
-bool RoutineWatch::take(Level& level, const Cycle& cycle) noexcept {
+bool RoutineWatch::take(Level& level, const Cycle& cycle) {
   level.left_out = 0;
   level.sum_sp += cycle.sp;
   level.sum_pv += cycle.pv;
   level.sum_co += cycle.co;
   if (++level.in_sample < level.decimation) return false;
   if (std::exchange(level.full, false)) {
-    for (std::vector<float>* column : {&level.sp, &level.pv, &level.co}) {
+    for (std::vector<float>* column : {&level.pv, &level.co}) {
       std::copy_n(column->begin() + Limits::kRoutineSamples, Limits::kRoutineSamples,
                   column->begin());
     }
+    level.sp.keep_newest(Limits::kRoutineSamples);
     level.has_before = true;
   }
   const double n = static_cast<double>(level.in_sample);
   const std::size_t at = Limits::kRoutineSamples + level.count;
-  level.sp[at] = static_cast<float>(level.sum_sp / n);
+  level.sp.push(static_cast<float>(level.sum_sp / n));
   level.pv[at] = static_cast<float>(level.sum_pv / n);
   level.co[at] = static_cast<float>(level.sum_co / n);
   level.in_sample = 0;
@@ -155,19 +156,18 @@ bool RoutineWatch::add(const Cycle& cycle) {
   return judged;
 }
 
-RoutineWatch::Samples RoutineWatch::samples() const noexcept {
+RoutineWatch::Samples RoutineWatch::samples() const {
   return samples_of(levels_[judged_], judged_samples_);
 }
 
-RoutineWatch::Samples RoutineWatch::samples_of(const Level& level,
-                                               std::size_t count) const noexcept {
+RoutineWatch::Samples RoutineWatch::samples_of(const Level& level, std::size_t count) {
   const auto newest = [count](const std::vector<float>& column) {
     return std::span<const float>(column).last(count);
   };
   return {.period_s = level.sample_time_s,
           .pv = newest(level.pv),
-          .sp = newest(level.sp),
-          .co = newest(level.co)};
+          .co = newest(level.co),
+          .sp = level.sp.newest(count)};
 }
 
 RoutineWatch::Levels RoutineWatch::levels() const noexcept {

@@ -4,9 +4,10 @@
 // Equations: docs/math/routine-evidence.md. tests/model/watch/routine_evidence_test.cpp measures
 // this rule on simulated loops.
 //
-// Memory: 72 kB per loop, held from the start. add() allocates only for a full window. Routine
-// evidence doesn't survive the program: after a restart the first window of each level must fill
-// again. No errors.
+// Memory: 48 kB per loop for PV and CO, held from the start, and 8 bytes per change of SP in two
+// windows of each level. add() allocates for a full window and for a changed SP. Routine evidence
+// doesn't survive the program: after a restart the first window of each level must fill again.
+// Errors: std::bad_alloc.
 // Limits: it can't see a dead band in less than one full window, or in a loop without movement. It
 // distinguishes valve effects no better than diagnose().
 #pragma once
@@ -22,6 +23,7 @@
 #include "model/alarm/loop_alarms.hpp"
 #include "model/diagnosis/limits.hpp"
 #include "model/watch/limits.hpp"
+#include "model/watch/run_column.hpp"
 #include "model/watch/window_builder.hpp"
 #include "model/alarm/window_judge.hpp"
 
@@ -63,7 +65,8 @@ class RoutineWatch {
   // The samples of a judgement.
   struct Samples {
     double period_s = 1.0;
-    std::span<const float> pv, sp, co;  // sp: all NaN if unknown
+    std::span<const float> pv, co;
+    std::vector<float> sp;  // all NaN if unknown
   };
 
   explicit RoutineWatch(const WindowSettings& settings);
@@ -78,7 +81,7 @@ class RoutineWatch {
 
   const Judgement& judgement() const noexcept { return judgement_; }
   // Returns the samples of judgement(), if the last add() judged; valid until the next add().
-  Samples samples() const noexcept;
+  Samples samples() const;
   const alarm::AlarmConditions& conditions() const noexcept { return conditions_; }
   // Returns the levels, the finest first. A level that a slow loop lacks has a window of 0 s.
   Levels levels() const noexcept;
@@ -87,8 +90,9 @@ class RoutineWatch {
   struct Level {
     std::size_t decimation = 1;  // cycles per sample
     double sample_time_s = 1.0;
-    std::vector<float> sp, pv,
-        co;  // 2 kRoutineSamples places: the window before, then the window in progress
+    // 2 kRoutineSamples places: the window before, then the window in progress.
+    std::vector<float> pv, co;
+    RunColumn sp;             // the same samples
     bool has_before = false;  // the window before is valid, without a break in between
     bool full =
         false;  // the second window was judged, and becomes the one before with the next sample
@@ -109,8 +113,8 @@ class RoutineWatch {
     double severity_percent = 0.0;
   };
   void leave_out(Level& level, std::uint64_t cycles, bool manual) noexcept;
-  bool take(Level& level, const Cycle& cycle) noexcept;  // true if it is full
-  Samples samples_of(const Level& level, std::size_t count) const noexcept;
+  bool take(Level& level, const Cycle& cycle);  // true if it is full
+  static Samples samples_of(const Level& level, std::size_t count);
   Judgement judge_newest(const Level& level, std::size_t count) const;
   Judgement judge(Level& level);
   void learn(const Level& level);

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <CLI/CLI.hpp>
-#include <curl/curl.h>
 #include <fmt/format.h>
 
 #include <csignal>
@@ -94,8 +93,5 @@ int run_command_line(int argc, char** argv) {
 
 int main(int argc, char** argv) {
   base::StandardStreams streams;
-  curl_global_init(CURL_GLOBAL_DEFAULT);
-  const int exit_code = run_command_line(argc, argv);
-  curl_global_cleanup();
-  return streams.finish(exit_code);
+  return streams.finish(run_command_line(argc, argv));
 }

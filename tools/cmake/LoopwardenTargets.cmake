@@ -14,6 +14,12 @@ target_compile_options(loopwarden_flags INTERFACE
   -fno-jump-tables)
 # A program loads only the shared libraries that it calls.
 target_link_options(loopwarden_flags INTERFACE -Wl,--as-needed)
+# A program has only the functions that it can reach. Otherwise it has whole objects, and an object of a unity build has 16
+# or more sources.
+if(NOT LOOPWARDEN_SHORT_BUILD)
+  target_compile_options(loopwarden_flags INTERFACE -ffunction-sections -fdata-sections)
+  target_link_options(loopwarden_flags INTERFACE -Wl,--gc-sections)
+endif()
 # g++ 12 warns of overlapping copies inside std::string's operator+ at -O2 and above (GCC bug 105651).
 if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND CMAKE_CXX_COMPILER_VERSION VERSION_LESS 13)
   target_compile_options(loopwarden_flags INTERFACE -Wno-restrict)

@@ -7,10 +7,19 @@
 #include "services/notify/text/one_line.hpp"
 
 namespace loopwarden::notify {
+namespace {
+
+// Prepares libcurl with the first transfer: its TLS has 2 MB, and other channels don't need it.
+CURL* new_transfer() {
+  static const CURLcode prepared = curl_global_init(CURL_GLOBAL_DEFAULT);
+  return prepared == CURLE_OK ? curl_easy_init() : nullptr;
+}
+
+}  // namespace
 
 CurlRequest::CurlRequest(const std::string& url, const char* protocols, const TlsFiles& tls,
                          const TimeOuts& time_outs)
-    : handle_(curl_easy_init(), curl_easy_cleanup) {
+    : handle_(new_transfer(), curl_easy_cleanup) {
   if (!handle_) throw std::bad_alloc();
   set(CURLOPT_URL, url);
   set(CURLOPT_PROTOCOLS_STR, protocols);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Routine evidence of a running loop: it takes more than one window, forgets unobservable effects,
 // and is weighed against the verdicts of the specialists.
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <cstdint>
@@ -178,6 +179,32 @@ TEST_CASE("without a known SP there is routine evidence, and no window", "[routi
   CHECK(stiction_on(watch));
   CHECK(std::isnan(watch.samples().sp.front()));
   CHECK(windows.state() == WindowState::no_set_point);
+}
+
+TEST_CASE("a judgement's samples have SP as it was, through its changes and breaks", "[routine]") {
+  constexpr std::size_t kWindow = watch::WatchLimits::kRoutineSamples;
+  const auto run = sticky(4 * kWindow);
+  RoutineWatch watch(kSettings);
+  std::vector<float> expected;
+  std::uint64_t period = 0;
+  std::size_t judged = 0;
+  for (std::size_t k = 0; k < run.pv.size(); ++k, ++period) {
+    Cycle cycle = cycle_of(run, k, period);
+    cycle.sp += static_cast<double>(k / 100 % 3);
+    expected.push_back(static_cast<float>(cycle.sp));
+    if (watch.add(cycle)) {
+      const RoutineWatch::Samples samples = watch.samples();
+      REQUIRE(samples.sp.size() == samples.pv.size());
+      REQUIRE(samples.sp.size() <= expected.size());
+      CHECK(std::equal(samples.sp.rbegin(), samples.sp.rend(), expected.rbegin()));
+      ++judged;
+    }
+    if (k == kWindow / 2) {
+      period += 100;
+      expected.clear();
+    }
+  }
+  CHECK(judged == 3);
 }
 
 TEST_CASE("a band as in a healthy valve raises no alarm, and clears a condition", "[routine]") {
