@@ -12,6 +12,7 @@
 #include <string>
 #include <thread>
 
+#include "base/text.hpp"
 #include "daemon/protocol/ask.hpp"
 
 namespace loopwarden::workbench {
@@ -40,6 +41,10 @@ const std::string& checked(const std::string& socket_path) {
 }
 
 }  // namespace
+
+std::string socket_option(const std::string& socket) {
+  return socket == DaemonClient::kDefaultSocket ? "" : " --socket " + base::as_shell_word(socket);
+}
 
 DaemonClient::DaemonClient(const std::string& socket_path) : client_(checked(socket_path)) {}
 

@@ -13,6 +13,10 @@
 
 namespace loopwarden::workbench {
 
+// Returns the option that repeats `socket` in a printed command, with a leading blank. Returns an
+// empty text for the default socket.
+std::string socket_option(const std::string& socket);
+
 // The daemon answered with a refusal: a usage error if the tag is unknown, a data error if the
 // request is not possible now.
 class DaemonRefused : public protocol::DaemonError {
