@@ -31,7 +31,7 @@ const en = {
   },
   roles: {viewer: 'viewer', operator: 'operator', engineer: 'engineer'},
   stale: {
-    daemon: 'No values since {time}: loopwardend does not respond. The values on this page are old.',
+    daemon: 'No values from loopwardend since {time}. The values on this page are old.',
     silent: 'No values since {time}: no connection to the edge box. The values on this page are old.',
     for: 'for {long}', words: '({words})', back: 'Values are arriving again.', state: 'unknown, last: {state}', title: 'No values',
     loop: 'no new values', stands: 'no new values, last: {state}',
