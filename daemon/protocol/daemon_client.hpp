@@ -34,8 +34,8 @@ class DaemonError : public std::runtime_error {
 };
 
 // Returns why this user can't connect to a socket of the daemon, with the group that can and the
-// command that adds the user. Returns an empty text if the user has the permission, or if the socket
-// does not exist.
+// command that adds the user. Returns an empty text if the user has the permission, or if the
+// socket does not exist.
 std::string no_permission(const std::string& socket);
 
 class Daemon {

@@ -43,7 +43,7 @@ const en = {
     off: 'No sound', on: {high: 'Sounds: alarms with a square', low: 'Sounds: every alarm'}, silent: 'Silent until {time}', blocked: 'No sound until you click or press a key', noNotification: 'This browser shows no notification.',
   },
   announce: {alarm: 'New alarm: {loop}, {alarm}', alarms: '{n} new alarms'},
-  modes: {manual: 'MAN', automatic: 'AUTO', fallback: 'FALLBACK'},
+  modes: {manual: 'MAN', automatic: 'AUTO', fallback: 'FALLBACK', other: 'OTHER'},
   modesLong: {manual: 'manual', automatic: 'automatic', fallback: 'fallback: a safe action holds the output'},
   faults: {none: 'no fault', starting: 'starting', bad_pv: 'PV bad', output_lost: 'output lost', late_cycle: 'late cycle',
     not_finite: 'result not finite', enable_open: 'enable open', stop: 'stopped',
