@@ -80,7 +80,8 @@ json answer_in(const std::string& line) {
     throw DaemonError(DaemonError::Kind::not_known, "the program at the socket is not the daemon");
   }
   if (!answer.value("ok", false)) {
-    throw DaemonError(DaemonError::Kind::refused,
+    using Kind = DaemonError::Kind;
+    throw DaemonError(answer.value("try_again", false) ? Kind::not_yet : Kind::refused,
                       answer.value("error", std::string("the daemon refused")));
   }
   answer.erase("ok");

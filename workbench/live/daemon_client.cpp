@@ -40,7 +40,7 @@ nlohmann::json DaemonClient::ask(const nlohmann::json& request) {
     return protocol::answer_in(client_.request(request.dump(), kPatience));
   } catch (const protocol::DaemonError& e) {
     if (!e.refused()) throw;
-    throw DaemonRefused(kExitData, std::string("the daemon rejected it: ") + e.what());
+    throw DaemonRefused(kExitData, std::string("the daemon rejected it: ") + e.what(), e.kind());
   }
 }
 

@@ -21,8 +21,8 @@ std::string socket_option(const std::string& socket);
 // request is not possible now.
 class DaemonRefused : public protocol::DaemonError {
  public:
-  DaemonRefused(ExitCode code, const std::string& what)
-      : DaemonError(Kind::refused, what), code_(code) {}
+  DaemonRefused(ExitCode code, const std::string& what, Kind kind = Kind::refused)
+      : DaemonError(kind, what), code_(code) {}
   ExitCode exit_code() const noexcept { return code_; }
 
  private:
