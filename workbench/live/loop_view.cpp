@@ -11,7 +11,6 @@
 #include <iterator>
 #include <utility>
 
-#include "base/quality.hpp"
 #include "base/text.hpp"
 #include "config/diagnostic.hpp"
 #include "daemon/protocol/ask.hpp"
@@ -181,9 +180,9 @@ std::string alarm_summary(const protocol::LoopStatus& loop) {
 // Returns fault, quality of PV, limits, jacket and compensator as text.
 std::string state_of(const protocol::LoopStatus& loop, const protocol::Cycle& cycle) {
   if (is_watched(loop) && cycle.pv_quality == "bad") {
-    if (cycle.pv_reason == base::to_text(base::Reason::never_received)) return "no values yet";
-    return fmt::format("no valid PV for {} ({})", duration(cycle.pv_age_ms / 1000.0),
-                       cycle.pv_reason);
+    const double age_s = cycle.pv_age_ms / 1000.0;
+    if (!(age_s <= cycle.time_s)) return fmt::format("no valid PV yet ({})", cycle.pv_reason);
+    return fmt::format("no valid PV for {} ({})", duration(age_s), cycle.pv_reason);
   }
   std::string state = cycle.fault == "none" ? std::string("ok") : cycle.fault;
   if (cycle.pv_quality != "good") {

@@ -195,7 +195,7 @@ const en = {
     firstOut: 'first', nothing: 'No active or unacknowledged alarms.', gone: 'This incident is over. All its alarms are acknowledged.',
     cause: 'Cause', consequence: 'Consequence', action: 'Action', evidence: 'Evidence', evidenceFor: '{n} samples that raised it, every {step}', noEvidence: 'No evidence is stored for this alarm.',
     evidenceUpper: 'Evidence: PV and set point', evidenceLower: 'Evidence: output and stem', replay: 'Repeat the judgement on this edge box', history: 'History', historyCaption: 'Journal entries for this alarm, newest first',
-    worst: 'worst {size}', changed: 'Changed', until: 'shelved until {time}', consequenceOf: 'Caused by {alarm}.', explanation: 'Why, by the twin', noExplanation: 'The twin has not explained this alarm yet. It needs ten minutes of records after the change, then idle processor time.',
+    worst: 'worst {size}', sizeExplained: '{size}, by the explanation. It replaces the estimate of the detector, {estimate}.', changed: 'Changed', until: 'shelved until {time}', consequenceOf: 'Caused by {alarm}.', explanation: 'Why, by the twin', noExplanation: 'The twin has not explained this alarm yet. It needs ten minutes of records after the change, then idle processor time.',
     acknowledge: 'Acknowledge', reset: 'Reset', shelve: 'Shelve …', unshelve: 'Unshelve', calm: 'Start planned moves', noActing: 'Acting on alarms from this page is off (loopwardend.yaml: page: alarms).',
     needsOperator: 'To acknowledge or shelve, log in as an operator.',
     reason: 'Reason', reasonOptional: 'Reason (optional)', minutes: 'For', minutesUnit: '{n} min', hoursUnit: '{n} h', done: 'Done: {loop}, {alarm}: {state}', notOnDisk: 'Done, but the journal is not on the disk yet.',

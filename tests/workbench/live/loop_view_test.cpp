@@ -129,7 +129,8 @@ TEST_CASE("a loop with an unknown output is not shown as running", "[workbench][
 TEST_CASE("a watched loop without values has no fallback", "[workbench][top]") {
   protocol::LoopStatus watched = loop("FIC-205");
   watched.control = "elsewhere";
-  watched.cycle = {.mode = "FALLBACK",
+  watched.cycle = {.time_s = 3600.0,
+                   .mode = "FALLBACK",
                    .fault = "bad PV",
                    .pv_quality = "bad",
                    .pv_reason = "link lost",
@@ -137,8 +138,8 @@ TEST_CASE("a watched loop without values has no fallback", "[workbench][top]") {
   const auto line = [&] { return loop_table({watched}, 0).at(1); };
   CHECK(line().find("no valid PV for 0:01:05 (link lost)") != std::string::npos);
   CHECK(line().find("FALLBACK") == std::string::npos);
-  watched.cycle->pv_reason = "never received";
-  CHECK(line().find("no values yet") != std::string::npos);
+  watched.cycle->pv_age_ms = 1e9;  // of no value since the start
+  CHECK(line().find("no valid PV yet (link lost)") != std::string::npos);
   watched.cycle->pv_quality = "good";  // in a mode that its file does not name
   CHECK(line().find("OTHER") != std::string::npos);
 }
