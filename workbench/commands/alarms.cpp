@@ -282,8 +282,8 @@ void print_calm(DaemonClient& daemon, const Options& options, const protocol::Ex
         "To reduce cycling until the repair, set monitor.corrective_action: {{form: "
         "planned_moves}} in the loop's file.\n\n");
   } else if (state == "offered") {
-    fmt::print("To reduce cycling until the repair: loopwarden alarms calm {} stiction\n\n",
-               options.loop);
+    fmt::print("To reduce cycling until the repair: loopwarden alarms calm {} stiction{}\n\n",
+               options.loop, socket_option(options.socket));
   } else if (state != "off") {
     const protocol::LoopAnswer loop = protocol::ask(daemon, protocol::LoopRequest{options.loop});
     const std::string says = loop.status.cycle ? loop.status.cycle->compensator.says : "";
