@@ -11,7 +11,7 @@
 namespace loopwarden::workbench {
 namespace {
 
-std::vector<std::string> names_of(const diagnosis::DecidingTest& test) {
+std::vector<std::string> explanations_of(const diagnosis::DecidingTest& test) {
   if (test.names_effect) return {"stiction", "backlash", "good valve"};
   return {"stiction or backlash", "good valve"};
 }
@@ -27,7 +27,7 @@ std::string deciding_test_text(const diagnosis::DecidingTest& test,
           ? ""
           : fmt::format(" The span of PV is assumed: {:.3g} PV units.", test.pv_span);
   if (const auto& plan = test.planned.plan)
-    return proposed_test_text(*plan, names_of(test)) + assumed;
+    return proposed_test_text(*plan, explanations_of(test)) + assumed;
   const std::string none = "No move of CO decides and adds at most 5 % of the span of PV.";
   if (!test.planned.beyond) {
     return fmt::format(
@@ -36,7 +36,7 @@ std::string deciding_test_text(const diagnosis::DecidingTest& test,
         none, percent(test.band, co_range[1] - co_range[0]), assumed);
   }
   return fmt::format("{} The smallest move that decides is larger. {}{}", none,
-                     proposed_test_text(*test.planned.beyond, names_of(test)), assumed);
+                     proposed_test_text(*test.planned.beyond, explanations_of(test)), assumed);
 }
 
 nlohmann::json deciding_test_json(const diagnosis::DecidingTest& test,
@@ -50,7 +50,7 @@ nlohmann::json deciding_test_json(const diagnosis::DecidingTest& test,
   const bool within = test.planned.plan.has_value();
   if (!within && !test.planned.beyond) return out;
   const estimator::TestPlan& plan = within ? *test.planned.plan : *test.planned.beyond;
-  const std::vector<std::string> names = names_of(test);
+  const std::vector<std::string> names = explanations_of(test);
   const std::vector<std::array<double, 2>> changes = outcomes_of(plan);
   out["move"] = estimator::to_text(plan.move.kind);
   out["from"] = plan.moved.back();
