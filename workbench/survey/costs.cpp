@@ -73,7 +73,8 @@ Costs read_costs_file(const std::filesystem::path& path) {
   fmt::print(stderr, "{}", config::to_text(costs.diagnostics));
   if (costs) return std::move(*costs);
   std::string known;
-  for (const config::KeyDescription& key : describe_costs().keys()) {
+  const config::KeyReference reference = describe_costs();
+  for (const config::KeyDescription& key : reference.keys()) {
     if (!key.path.starts_with("work.")) known += (known.empty() ? "" : ", ") + key.path;
   }
   throw CommandError(

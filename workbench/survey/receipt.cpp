@@ -165,7 +165,6 @@ std::vector<std::string> doubts_of(const record::Imported& before, const record:
   const auto unit = [](const record::Imported& one, record::Role role) -> const std::string& {
     return one.notes.units[index_of(role)];
   };
-  named("the tag", before.notes.tag, after.notes.tag);
   named("the unit of PV", unit(before, record::Role::pv), unit(after, record::Role::pv));
   named("the unit of CO", unit(before, record::Role::co), unit(after, record::Role::co));
   level("PV", before.record.pv, after.record.pv);

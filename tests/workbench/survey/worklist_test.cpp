@@ -275,7 +275,7 @@ TEST_CASE("costs of a site replace the defaults, and errors are strict", "[surve
   write_file(folder / "c.yaml", "per_hour: 20\n");
   CHECK_THROWS_WITH(read_costs_file(folder / "c.yaml"),
                     Contains("c.yaml: can't be used. Its keys: currency, hours_per_year, "
-                             "loss.flow, ") &&
+                             "loss, loss.flow, ") &&
                         Contains("valve.overhaul"));
   CHECK_THAT(error_of("loss: {flow: 5}\n"), Contains("loss.flow"));
   CHECK_THAT(error_of("work: {repair: {removes: [0, 2]}}\n"), Contains("removes"));
