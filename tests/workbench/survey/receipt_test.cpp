@@ -88,7 +88,7 @@ TEST_CASE("a receipt says whether the valve was repaired", "[receipt][program]")
   }
   write_file(folder / "sparse.csv", sparse);
   CHECK_THAT(receipt(folder, "--before before.csv --after sparse.csv").text,
-             Contains("The record after the work has 90 samples of PV and CO in a row in "
+             Contains("The record after the work has 91 samples of PV and CO in a row in "
                       "automatic, and 100 are needed: export a longer record"));
   // Without a fault before, there is nothing to repair.
   CHECK_THAT(receipt(folder, "--before good.csv --after good.csv").text,
