@@ -54,8 +54,8 @@ bool moves_may_act(const alarm::CorrectiveSettings& corrective, Backing backing)
 std::string connection_of(const Io& io) {
   const auto text = [](const hal::modbus::LinkSettings& link) {
     return link.transport == hal::modbus::Transport::tcp
-               ? fmt::format("Modbus {}:{}", link.host, link.port)
-               : "Modbus " + link.device;
+               ? fmt::format("link {} (Modbus {}:{})", link.name, link.host, link.port)
+               : fmt::format("link {} (Modbus {})", link.name, link.device);
   };
   if (const auto* feed = std::get_if<hal::feed::FeedSettings>(&io)) {
     return feed->process_variable.name.feeder;

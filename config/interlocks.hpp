@@ -15,8 +15,8 @@ struct Backing {
 
 Backing backing_of(const Io& io) noexcept;
 
-// Returns the name of the connection that gives PV: a feeder, or "Modbus HOST:PORT"; empty for
-// others.
+// Returns the connection that gives PV: the name of a feeder, or "link NAME (Modbus HOST:PORT)".
+// Returns an empty text for other backends.
 std::string connection_of(const Io& io);
 
 // Reasons why the jacket must not act, for all kinds of requests.

@@ -37,6 +37,8 @@ std::string answer_line(std::string_view line,
     const json request = parsed(line);
     if (!request.is_object()) throw RequestError("a request is a JSON object");
     return handler(request);
+  } catch (const protocol::NotYet& e) {
+    return text_of({{"ok", false}, {"error", e.what()}, {"try_again", true}});
   } catch (const std::exception& e) {
     return text_of({{"ok", false}, {"error", e.what()}});
   }

@@ -49,10 +49,10 @@ std::uint64_t TestSessions::begin(std::size_t loop, const protocol::TestTerms& t
   commands::CommandQueue& queue = commands_.queue(loop);
   record::RecordRow row;
   if (queue.waiting() || !plant_.historian.latest(loop, row)) {
-    throw RequestError("the loop has not taken its newest command yet. Try again");
+    throw protocol::NotYet("the loop has not taken its newest command yet. Try again");
   }
   if (!operations_.command_kept(loop)) {
-    throw RequestError("the loop's newest command is not on the disk yet. Try again");
+    throw protocol::NotYet("the loop's newest command is not on the disk yet. Try again");
   }
   const rt::InForce now = in_force(runtime, queue);
   Test test{.loop = loop,
@@ -166,7 +166,7 @@ void TestSessions::move(std::size_t loop, double to) {
   if (!test.why.empty()) throw RequestError("the test has ended: " + test.why);
   std::string why = why_beyond(test, to);
   if (!why.empty()) throw RequestError(why);
-  if (test.command) throw RequestError("the loop has not taken the last move yet. Try again");
+  if (test.command) throw protocol::NotYet("the loop has not taken the last move yet. Try again");
   why = why_not_now(test);
   if (why.empty()) why = why_in_rows(test);
   if (!why.empty()) {

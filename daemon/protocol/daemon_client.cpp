@@ -1,12 +1,38 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "daemon/protocol/daemon_client.hpp"
 
+#include <fmt/format.h>
+#include <pwd.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <utility>
 
 namespace loopwarden::protocol {
 
 using nlohmann::json;
+
+namespace {
+
+std::string name_of_user() {
+  const passwd* user = ::getpwuid(::geteuid());
+  return user == nullptr ? std::to_string(::geteuid()) : user->pw_name;
+}
+
+}  // namespace
+
+std::string no_permission(const std::string& socket) {
+  if (::access(socket.c_str(), W_OK) == 0 || errno != EACCES) return {};
+  const std::string name = std::filesystem::path(socket).stem();
+  const std::string group = name == "control" ? "loopwardend" : "loopwarden-" + name;
+  static const std::string user = name_of_user();  // getpwuid is not thread-safe
+  return fmt::format(
+      "no permission to use {}. Members of the group {} have it: `sudo adduser {} {}`, then log in "
+      "again.",
+      socket, group, user, group);
+}
 
 std::unique_ptr<base::LocalClient> DaemonClient::take() {
   const std::lock_guard lock(mutex_);
@@ -37,7 +63,9 @@ std::string DaemonClient::ask_text(const std::string& request) {
     } catch (const base::NoAnswer& e) {
       throw DaemonError(DaemonError::Kind::not_known, e.what());
     } catch (const std::exception& e) {
-      if (fresh || left().count() <= 0) throw DaemonError(DaemonError::Kind::down, e.what());
+      if (!fresh && left().count() > 0) continue;
+      const std::string why = no_permission(socket_);
+      throw DaemonError(DaemonError::Kind::down, why.empty() ? e.what() : why);
     }
   }
 }
@@ -52,7 +80,8 @@ json answer_in(const std::string& line) {
     throw DaemonError(DaemonError::Kind::not_known, "the program at the socket is not the daemon");
   }
   if (!answer.value("ok", false)) {
-    throw DaemonError(DaemonError::Kind::refused,
+    using Kind = DaemonError::Kind;
+    throw DaemonError(answer.value("try_again", false) ? Kind::not_yet : Kind::refused,
                       answer.value("error", std::string("the daemon refused")));
   }
   answer.erase("ok");

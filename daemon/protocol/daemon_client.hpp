@@ -21,17 +21,23 @@ class DaemonError : public std::runtime_error {
   enum class Kind : std::uint8_t {
     down,     // the socket refused the connection: the request was not sent
     refused,  // the daemon refused the request, with its own text
+    not_yet,  // it refused the request now; the same request may succeed some cycles later
     // the request was sent, but the answer is missing or unreadable: the request may have been
     // executed
     not_known
   };
   DaemonError(Kind kind, const std::string& what) : std::runtime_error(what), kind_(kind) {}
   Kind kind() const noexcept { return kind_; }
-  bool refused() const noexcept { return kind_ == Kind::refused; }
+  bool refused() const noexcept { return kind_ == Kind::refused || kind_ == Kind::not_yet; }
 
  private:
   Kind kind_;
 };
+
+// Returns why this user can't connect to a socket of the daemon, with the group that can and the
+// command that adds the user. Returns an empty text if the user has the permission, or if the
+// socket does not exist.
+std::string no_permission(const std::string& socket);
 
 class Daemon {
  public:

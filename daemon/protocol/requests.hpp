@@ -20,6 +20,12 @@ class RequestError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+// A request that can't be served now. The same request may succeed some cycles later.
+class NotYet : public RequestError {
+ public:
+  using RequestError::RequestError;
+};
+
 struct StatusRequest {
   static constexpr const char* kName = "status";
   using Answer = Status;

@@ -132,7 +132,8 @@ std::optional<bool> ProcessWatch::found(AlarmKind kind, const ProcessCycle& cycl
   return limits_.beyond(kind, at(kind).there);
 }
 
-bool ProcessWatch::not_normal_mode(const ProcessCycle& cycle) const noexcept {
+std::optional<bool> ProcessWatch::not_normal_mode(const ProcessCycle& cycle) const noexcept {
+  if (cycle.mode == Mode::fallback && cycle.pv_bad) return std::nullopt;
   if (cycle.mode == Mode::manual && !ever_ran_) return false;
   return !is_normal(cycle.mode, settings_.normal_mode);
 }

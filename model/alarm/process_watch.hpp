@@ -11,7 +11,8 @@
 //   not_normal_mode  the mode in force differs from the loop's normal mode; fallback is never
 //                    normal. Manual counts after the loop has been in automatic, or after a fault
 //                    ended its mode: a loop that is not yet in service is not out of its normal
-//                    mode
+//                    mode. Fallback while PV is bad gives no information, because bad_pv or the
+//                    lost connection is the alarm: the delay starts when PV is back
 //   enable_open      the enable contact is open
 //   source_lost      the source of PV is silent, for loops that another controller runs
 //   other alarms     PV is beyond a limit (limit_watch.hpp)
@@ -170,7 +171,7 @@ class ProcessWatch {
   // Returns whether the cycle shows the condition; empty if it has no information.
   std::optional<bool> found(AlarmKind kind, const ProcessCycle& cycle) const noexcept;
   std::optional<bool> output_lost(const ProcessCycle& cycle) const noexcept;
-  bool not_normal_mode(const ProcessCycle& cycle) const noexcept;
+  std::optional<bool> not_normal_mode(const ProcessCycle& cycle) const noexcept;
   void count(Delayed& condition, bool there, std::uint64_t period) const noexcept;
   // Returns whether a cause of `kind` is on.
   bool suppressed(AlarmKind kind) const noexcept;

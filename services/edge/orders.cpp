@@ -22,7 +22,8 @@ const char* done(bool on_disk) { return on_disk ? "done" : "done, not yet in the
 std::string outcome_of(const protocol::DaemonError& e) {
   using Kind = protocol::DaemonError::Kind;
   switch (e.kind()) {
-    case Kind::refused: return fmt::format("refused: {}", e.what());
+    case Kind::refused:
+    case Kind::not_yet: return fmt::format("refused: {}", e.what());
     case Kind::down:
       return fmt::format("refused: no socket for commands (loopwardend.yaml: edge): {}", e.what());
     case Kind::not_known: break;

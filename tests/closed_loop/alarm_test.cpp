@@ -218,6 +218,9 @@ TEST_CASE("a changed loop raises model_gap, and its explanation is made without 
   }
   const ShellOutcome text = run(LOOPWARDEN_CLI " alarms explain FIC-101 model_gap" + socket);
   CHECK(text.text.find("against the twin") != std::string::npos);
+  // One action: that of the explanation.
+  CHECK_THAT(text.text, Catch::Contains("Action:       " + e.at("remedy").get<std::string>()) &&
+                            !Catch::Contains("  Action: "));
   CHECK(run(LOOPWARDEN_CLI " alarms journal FIC-101" + socket).text.find("explanation") !=
         std::string::npos);
   // The explanation is there after a restart, too, or a newer one of the same name.

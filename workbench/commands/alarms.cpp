@@ -202,6 +202,27 @@ std::string journal_line(const protocol::JournalLine& line) {
   return text;
 }
 
+// Returns whether the explanation's size and action replace those of the alarm: it agrees with the
+// alarm or has renamed it.
+bool replaces(const std::optional<protocol::Explanation>& e) {
+  return e && (e->agrees || e->final_name);
+}
+
+// Returns the one size of an alarm, with its source if it is that of the explanation.
+std::string size_of(const protocol::Explained& answer) {
+  const protocol::Alarm& alarm = answer.alarm;
+  if (const auto& e = answer.explanation; replaces(e) && std::isfinite(e->size_percent)) {
+    return fmt::format(
+        "{} of the CO span ({} to {}) by the explanation, which replaces the estimate of the "
+        "detector, {}",
+        size_text(e->size_percent), size_text(e->low_percent), size_text(e->high_percent),
+        size_text(alarm.severity_percent));
+  }
+  if (!std::isfinite(alarm.severity_percent)) return "size not known";
+  return fmt::format("{} of the CO span (worst {})", size_text(alarm.severity_percent),
+                     size_text(alarm.worst_severity_percent));
+}
+
 void print_explanation(const protocol::Explanation& e) {
   fmt::print("why ({} UTC, the newest minutes against the twin): {}\n", utc_text(e.ended_ms),
              e.sentence);
@@ -210,7 +231,7 @@ void print_explanation(const protocol::Explanation& e) {
   } else if (!e.effect.empty() && !e.agrees) {
     fmt::print("  disagrees with the alarm, but is too uncertain to rename it\n");
   }
-  if (std::isfinite(e.size_percent)) {
+  if (std::isfinite(e.size_percent) && !replaces(e)) {
     fmt::print("  size {} of the CO span ({} to {})\n", size_text(e.size_percent),
                size_text(e.low_percent), size_text(e.high_percent));
   }
@@ -221,7 +242,6 @@ void print_explanation(const protocol::Explanation& e) {
     fmt::print("  since {:.0f} min before the alarm, or earlier\n", e.since_s / 60.0);
   }
   if (!e.alternatives.empty()) fmt::print("  as right: {}\n", fmt::join(e.alternatives, ", "));
-  if (!e.remedy.empty()) fmt::print("  Action: {}\n", e.remedy);
   if (!e.next_test.empty()) fmt::print("  {}\n", e.next_test);
   // An alarm without an explanation may have no report.
   fmt::print("  {}{}\n\n", e.folder, e.verdict == "not_explained" ? "" : "/report.html");
@@ -236,7 +256,11 @@ void print_guide(const protocol::Explained& answer) {
   fmt::print(
       "\nCause:        {}\nConsequence:  {}\nAction:       {}\nRespond within: "
       "{}\n\n",
-      answer.cause, answer.consequence, answer.action, answer.time_to_act);
+      answer.cause, answer.consequence,
+      replaces(answer.explanation) && !answer.explanation->remedy.empty()
+          ? answer.explanation->remedy
+          : answer.action,
+      answer.time_to_act);
 }
 
 // Prints an alarm of the loop or the box. It has no size, window or evidence. Its reasons are in
@@ -258,8 +282,8 @@ void print_calm(DaemonClient& daemon, const Options& options, const protocol::Ex
         "To reduce cycling until the repair, set monitor.corrective_action: {{form: "
         "planned_moves}} in the loop's file.\n\n");
   } else if (state == "offered") {
-    fmt::print("To reduce cycling until the repair: loopwarden alarms calm {} stiction\n\n",
-               options.loop);
+    fmt::print("To reduce cycling until the repair: loopwarden alarms calm {} stiction{}\n\n",
+               options.loop, socket_option(options.socket));
   } else if (state != "off") {
     const protocol::LoopAnswer loop = protocol::ask(daemon, protocol::LoopRequest{options.loop});
     const std::string says = loop.status.cycle ? loop.status.cycle->compensator.says : "";
@@ -287,13 +311,8 @@ void print_window(const protocol::Monitor& m) {
 void print_valve_alarm(DaemonClient& daemon, const Options& options,
                        const protocol::Explained& answer) {
   const protocol::Alarm& alarm = answer.alarm;
-  const std::string size =
-      std::isfinite(alarm.severity_percent)
-          ? fmt::format("{} of the CO span (worst {})", size_text(alarm.severity_percent),
-                        size_text(alarm.worst_severity_percent))
-          : "size not known";
-  fmt::print("{} of {}: {}, {}, raised {} UTC\n", options.alarm, options.loop, alarm.state, size,
-             utc_text(alarm.raised_ms));
+  fmt::print("{} of {}: {}, {}, raised {} UTC\n", options.alarm, options.loop, alarm.state,
+             size_of(answer), utc_text(alarm.raised_ms));
   if (alarm.consequence) fmt::print("consequence of {}\n", alarm.consequence_of);
   print_guide(answer);
   if (answer.explanation) print_explanation(*answer.explanation);

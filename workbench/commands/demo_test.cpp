@@ -69,7 +69,7 @@ void show_test_scene(const std::string& model_file,
     names.push_back(one.effects);
   }
   say("  " + probabilities(explanations, before));
-  say(decision_sentence(*found.next_test));
+  say(proposed_test_text(found.next_test->plan, names_of(*found.next_test)));
   say("The move is made on the simulated plant, and both records are explained together:");
   const protocol::TestRecord test = protocol::simulate_test(truth, plan_file(found));
   const estimator::Judged judged =

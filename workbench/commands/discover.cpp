@@ -91,8 +91,7 @@ int browse(const Browser& browser, const fs::path& list) {
     return *code;
   } catch (const std::system_error& e) {
     fail(kExitIo,
-         "{}: {}; install the package {}, which contains it, on this machine. --tags "
-         "takes a list from elsewhere",
+         "{}: {}. Install the package {} on this machine, or give a list of the tags with --tags",
          browser.program, e.code().message(), browser.package);
   }
 }
@@ -123,21 +122,25 @@ class LoopFiles {
     const fs::path path =
         made.is_complete() ? complete : fs::path(complete.string() + ".incomplete");
     if (!tags_.insert(base::lower_case(tag)).second) {
-      leave(
-          entry,
-          fmt::format("{}: another loop has this tag. Separate them with a rule with `loop`", tag));
+      leave(entry,
+            fmt::format(
+                "{}: another loop has this tag. Separate them with a rule with `loop` (--rules)",
+                tag));
     } else if (tag.empty() || tag.size() > kLongestTag) {
-      leave(entry, fmt::format("{}: has no tag of 1 to {} letters. Set one with a rule with `loop`",
-                               base::in_quotes(loop.signal(record::Role::pv)->name), kLongestTag));
+      leave(entry,
+            fmt::format(
+                "{}: has no tag of 1 to {} letters. Set one with a rule with `loop` (--rules)",
+                base::in_quotes(loop.signal(record::Role::pv)->name), kLongestTag));
     } else if (is_there(complete) || is_there(path)) {
       const fs::path there = is_there(complete) ? complete : path;
-      leave(entry, there.string() + ": exists; not changed");
+      leave(entry, there.string() + ": exists; not changed. Remove it to write it again");
     } else {
       write(path, made, entry);
     }
     loops_.push_back(std::move(entry));
   }
   std::size_t written() const noexcept { return written_; }
+  bool any_incomplete() const noexcept { return any_incomplete_; }
   nlohmann::json take_json() { return std::move(loops_); }
 
  private:
@@ -159,6 +162,7 @@ class LoopFiles {
       guesses += (guesses.empty() ? "; guessed: " : ", ") + key;
     }
     entry["missing"] = made.missing;
+    any_incomplete_ = any_incomplete_ || !made.is_complete();
     if (options_.json) return;
     fmt::print("{}: sure: {}{}{}{}\n", path.string(), fmt::join(made.sure, ", "), guesses,
                made.is_complete() ? "" : "; missing: ", fmt::join(made.missing, ", "));
@@ -170,7 +174,25 @@ class LoopFiles {
   std::set<std::string> tags_;
   nlohmann::json loops_ = nlohmann::json::array();
   std::size_t written_ = 0;
+  bool any_incomplete_ = false;
 };
+
+// Returns the action after the files are written, as the end of a sentence.
+std::string next_step(const DiscoverCommand& options, const LoopFiles& loops,
+                      const discover::FoundLoops& found) {
+  if (found.loops.empty())
+    return ". No tags are PV and CO of one loop: name them with --rules "
+           "(docs/reference/import-formats.md)";
+  if (loops.written() == 0) return "";
+  std::string text = ". Check the guessed keys, ";
+  if (loops.any_incomplete())
+    text += "add the missing keys to each file .incomplete and remove this ending, ";
+  const fs::path out = (fs::absolute(options.out) / "").lexically_normal().parent_path();
+  return out.filename() == "loops.d"
+             ? text + fmt::format("then run `loopwarden check {}`",
+                                  base::as_shell_word(out.parent_path().string()))
+             : text + "then move the files to the folder loops.d of the daemon's configuration";
+}
 
 // Returns a note if loopwardend.yaml next to the folder does not name the feeder; empty if it does.
 std::string feeder_text(const DiscoverCommand& options) {
@@ -183,12 +205,16 @@ std::string feeder_text(const DiscoverCommand& options) {
     if (daemon && daemon->feeders.contains(options.feeder)) return {};
   }
   return fmt::format(
-      "{} needs: feeders: {{{}: {{user: USER}}}}, the user of the program that brings the values\n",
-      path, options.feeder);
+      "Add this line to {}: feeders: {{{}: {{user: USER}}}} (USER runs the program that brings the "
+      "values, for example loopwarden-{})\n",
+      path, options.feeder, options.sparkplug.empty() ? "opcua" : "feed");
 }
 
 void print_rest(const discover::FoundLoops& found) {
-  for (const std::string& what : found.incomplete) fmt::print(stderr, "{}\n", what);
+  for (const std::string& what : found.incomplete) {
+    fmt::print(stderr, "{}, so it is no loop. If it is one, assign the missing tag with --rules\n",
+               what);
+  }
   for (const std::string& rule : found.idle_rules) fmt::print(stderr, "{}\n", rule);
   if (found.other_names.empty()) return;
   constexpr std::size_t kMost = 6;
@@ -219,7 +245,10 @@ int run_discover(const DiscoverCommand& given) {
   if (browser) {
     list = scratch.stage(scratch.make_scratch_folder() / "tags.csv");
     if (const int code = browse(*browser, list); code != 0) {
-      fmt::print(stderr, "{} of {}: exit code {}\n", browser->program, browser->source, code);
+      fmt::print(stderr,
+                 "{} has listed no tags of {} (exit code {}). Correct the cause above, or give a "
+                 "list of the tags with --tags\n",
+                 browser->program, browser->source, code);
       return code;
     }
   }
@@ -230,7 +259,9 @@ int run_discover(const DiscoverCommand& given) {
   const std::string nodes = discover::node_list(
       found.loops, sparkplug ? discover::NodeForm::sparkplug : discover::NodeForm::opcua);
   if (!options.nodes.empty() && nodes.empty())
-    fail(kExitData, "{}: no loop's tag has a node, so --nodes has no content", source);
+    fail(kExitData,
+         "{}: no loop's tag has a node. Add a column node to the list, or leave out --nodes",
+         source);
   files.make_folder(options.out);
   LoopFiles loops(options, files, source);
   for (const discover::FoundLoop& loop : found.loops) loops.add(loop);
@@ -245,7 +276,8 @@ int run_discover(const DiscoverCommand& given) {
   std::fflush(stdout);
   print_rest(found);
   if (written > 0) fmt::print(stderr, "{}", feeder_text(options));
-  fmt::print(stderr, "{} of {} loops written\n", written, found.loops.size());
+  fmt::print(stderr, "{} of {} loops written{}\n", written, found.loops.size(),
+             next_step(options, loops, found));
   return written > 0 ? kExitOk : kExitData;
 }
 

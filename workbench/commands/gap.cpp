@@ -146,8 +146,7 @@ void print_result(const gap::Result& r, const GapOptions& options) {
       fmt::print("Action: {}\n", info->remedy);
   }
   if (r.next_test) {
-    fmt::print("Next test ({}): {}\n{}\n", competing_names(*r.next_test),
-               test_sentence(r.next_test->plan), expected_sentence(r.next_test->plan));
+    fmt::print("Next test: {}\n", proposed_test_text(r.next_test->plan, names_of(*r.next_test)));
   } else if (!r.why_no_test.empty()) {
     fmt::print("No small test decides. {}\n", r.why_no_test);
   }

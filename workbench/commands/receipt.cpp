@@ -247,12 +247,7 @@ int run_receipt(const ReceiptCommand& given) {
   input.kind = options.kind.empty() ? diagnosis::to_text(diagnosis::loop_type_from_tag(input.tag))
                                     : options.kind;
   add_model(options, input);
-  if (!options.costs.empty()) {
-    auto costs = read_costs_file(options.costs);
-    fmt::print(stderr, "{}", config::to_text(costs.diagnostics));
-    if (!costs) fail(kExitConfiguration, "{}: can't be used", options.costs);
-    input.costs = std::move(*costs);
-  }
+  if (!options.costs.empty()) input.costs = read_costs_file(options.costs);
   const Receipt receipt = make_receipt(std::move(input));
   if (!options.out.empty()) write_output(options.out, receipt_page(receipt));
   if (options.json) {

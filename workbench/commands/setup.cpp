@@ -33,7 +33,7 @@ namespace fs = std::filesystem;
 
 struct SetupOptions {
   std::string tag;
-  std::string config = "/etc/loopwardend";
+  std::string config = setup::kDefaultFolder;
   std::string socket;
   std::string answers;
   std::string again;
@@ -120,19 +120,19 @@ int talk(const SetupOptions& options) {
   if (state.is_new()) dialogue.say("Enter `back` to return to the previous question.");
   const int exit_code = setup::run_steps(all);
   if (exit_code != kExitOk) {
-    dialogue.say(fmt::format("\n`loopwarden setup {}` continues with the remaining steps.", tag));
+    dialogue.say(fmt::format("\n{} continues with the remaining steps.", all.command()));
     return exit_code;
   }
   if (const std::string waits = setup::what_waits(all); !waits.empty()) {
-    dialogue.say(fmt::format("\nAll steps are done. {}\nThen run `loopwarden setup {}` once more.",
-                             waits, tag));
+    dialogue.say(
+        fmt::format("\nAll steps are done. {}\nThen run {} once more.", waits, all.command()));
     return kExitTryAgain;
   }
   dialogue.say(all.elsewhere()
                    ? fmt::format("\n{} is set up, and watched.", tag)
-                   : fmt::format("\n{} is set up and in manual: `loopwarden set {} --mode "
-                                 "auto` closes the loop.",
-                                 tag, tag));
+                   : fmt::format("\n{} is set up and in manual: `loopwarden set {} --mode auto{}` "
+                                 "closes the loop.",
+                                 tag, tag, socket_option(options.socket)));
   return exit_code;
 }
 

@@ -223,11 +223,7 @@ SurveyReport report_settings(const SurveyCommand& options) {
                    .site = {.tags = options.input.options().tags, .area = area_in(options)}};
   if (!options.loops.empty()) add_loop_files(options.loops, how.site.tags);
   if (!options.weights.empty()) how.weights = read_loop_weights(options.weights);
-  if (options.costs.empty()) return how;
-  auto costs = read_costs_file(options.costs);
-  fmt::print(stderr, "{}", config::to_text(costs.diagnostics));
-  if (!costs) fail(kExitConfiguration, "{}: can't be used", options.costs);
-  how.costs = std::move(*costs);
+  if (!options.costs.empty()) how.costs = read_costs_file(options.costs);
   return how;
 }
 

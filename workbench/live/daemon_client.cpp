@@ -2,44 +2,35 @@
 #include "workbench/live/daemon_client.hpp"
 
 #include <fmt/format.h>
-#include <pwd.h>
-#include <unistd.h>
 
-#include <cerrno>
-#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 #include <string>
 #include <thread>
 
+#include "base/text.hpp"
 #include "daemon/protocol/ask.hpp"
 
 namespace loopwarden::workbench {
 namespace {
 
-std::string user_name() {
-  const passwd* user = ::getpwuid(::geteuid());
-  return user == nullptr ? std::to_string(::geteuid()) : user->pw_name;
-}
-
 // Checks the permission first, because the client's error has only a text.
 const std::string& checked(const std::string& socket_path) {
-  if (::access(socket_path.c_str(), W_OK) == 0 || errno != EACCES) return socket_path;
-  const bool reads_only = std::filesystem::path(socket_path).filename() == "status.sock";
-  std::string text = fmt::format(
-      "no permission to use {}. Members of the group {} have it: `sudo adduser {} {}`, then log in "
-      "again.",
-      socket_path, reads_only ? "loopwarden-status" : "loopwardend", user_name(),
-      reads_only ? "loopwarden-status" : "loopwardend");
-  if (!reads_only) {
-    text +=
+  std::string why = protocol::no_permission(socket_path);
+  if (why.empty()) return socket_path;
+  if (!why.ends_with(" loopwarden-status`, then log in again.")) {
+    why +=
         " Members of the group loopwarden-status may read: `--socket "
         "/run/loopwardend/status.sock`.";
   }
-  throw std::runtime_error(text);
+  throw std::runtime_error(why);
 }
 
 }  // namespace
+
+std::string socket_option(const std::string& socket) {
+  return socket == DaemonClient::kDefaultSocket ? "" : " --socket " + base::as_shell_word(socket);
+}
 
 DaemonClient::DaemonClient(const std::string& socket_path) : client_(checked(socket_path)) {}
 
@@ -49,7 +40,7 @@ nlohmann::json DaemonClient::ask(const nlohmann::json& request) {
     return protocol::answer_in(client_.request(request.dump(), kPatience));
   } catch (const protocol::DaemonError& e) {
     if (!e.refused()) throw;
-    throw DaemonRefused(kExitData, std::string("the daemon rejected it: ") + e.what());
+    throw DaemonRefused(kExitData, std::string("the daemon rejected it: ") + e.what(), e.kind());
   }
 }
 

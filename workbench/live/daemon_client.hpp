@@ -13,12 +13,16 @@
 
 namespace loopwarden::workbench {
 
+// Returns the option that repeats `socket` in a printed command, with a leading blank. Returns an
+// empty text for the default socket.
+std::string socket_option(const std::string& socket);
+
 // The daemon answered with a refusal: a usage error if the tag is unknown, a data error if the
 // request is not possible now.
 class DaemonRefused : public protocol::DaemonError {
  public:
-  DaemonRefused(ExitCode code, const std::string& what)
-      : DaemonError(Kind::refused, what), code_(code) {}
+  DaemonRefused(ExitCode code, const std::string& what, Kind kind = Kind::refused)
+      : DaemonError(kind, what), code_(code) {}
   ExitCode exit_code() const noexcept { return code_; }
 
  private:

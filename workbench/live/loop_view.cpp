@@ -26,9 +26,18 @@ void append_tail(std::vector<T>& to, const std::vector<T>& from, std::size_t mos
   if (to.size() > most) to.erase(to.begin(), to.end() - static_cast<std::ptrdiff_t>(most));
 }
 
+bool is_watched(const protocol::LoopStatus& loop) { return loop.control == "elsewhere"; }
+
+// Returns the mode as shown. A watched loop has no fallback: its mode has another value than those
+// of the loop file, or does not arrive.
+std::string mode_of(const protocol::LoopStatus& loop, const protocol::Cycle& cycle) {
+  if (!is_watched(loop) || cycle.mode != "FALLBACK") return cycle.mode;
+  return cycle.pv_quality == "bad" ? "-" : "OTHER";
+}
+
 Colour mode_colour(const std::string& mode) {
-  if (mode == "AUTO") return Colour::plain;
-  return mode == "MAN" ? Colour::yellow : Colour::red;
+  if (mode == "AUTO" || mode == "-") return Colour::plain;
+  return mode == "FALLBACK" ? Colour::red : Colour::yellow;
 }
 
 std::string duration(double seconds) {
@@ -55,7 +64,7 @@ std::string record_and_bus_line(const protocol::LoopStatus& loop) {
       "transactions, {} "
       "timeouts, "
       "{} exceptions, {} invalid, {} reconnects",
-      loop.name, loop.description, loop.control == "elsewhere" ? " (controlled elsewhere)" : "",
+      loop.name, loop.description, is_watched(loop) ? " (controlled elsewhere)" : "",
       rounded(cycle.pv_age_ms, 1), rounded(loop.position_age_ms, 1), recording.rows,
       recording.dropped + recording.queue_dropped + recording.rows_lost,
       static_cast<double>(recording.bytes) / 1e6, io.transactions, io.timeouts,
@@ -169,7 +178,12 @@ std::string alarm_summary(const protocol::LoopStatus& loop) {
 }
 
 // Returns fault, quality of PV, limits, jacket and compensator as text.
-std::string state_of(const protocol::Cycle& cycle, const std::string& co_unit) {
+std::string state_of(const protocol::LoopStatus& loop, const protocol::Cycle& cycle) {
+  if (is_watched(loop) && cycle.pv_quality == "bad") {
+    const double age_s = cycle.pv_age_ms / 1000.0;
+    if (!(age_s <= cycle.time_s)) return fmt::format("no valid PV yet ({})", cycle.pv_reason);
+    return fmt::format("no valid PV for {} ({})", duration(age_s), cycle.pv_reason);
+  }
   std::string state = cycle.fault == "none" ? std::string("ok") : cycle.fault;
   if (cycle.pv_quality != "good") {
     state += fmt::format(" (PV {}: {})", cycle.pv_quality, cycle.pv_reason);
@@ -186,9 +200,9 @@ std::string state_of(const protocol::Cycle& cycle, const std::string& co_unit) {
   if (!compensator.says.empty()) {
     state += fmt::format(", {} {}", compensator.kind, compensator.says);
   } else if (compensator.kind != "none") {
-    state += compensator.acting
-                 ? fmt::format(", {} adds {:.3g} {}", compensator.kind, compensator.added, co_unit)
-                 : fmt::format(", {} idle", compensator.kind);
+    state += compensator.acting ? fmt::format(", {} adds {:.3g} {}", compensator.kind,
+                                              compensator.added, loop.co_unit)
+                                : fmt::format(", {} idle", compensator.kind);
   }
   return state;
 }
@@ -310,9 +324,10 @@ std::vector<std::string> loop_table(const std::vector<protocol::LoopStatus>& loo
   for (std::size_t i = 0; i < loops.size(); ++i) {
     const protocol::LoopStatus& loop = loops[i];
     const protocol::Cycle cycle = loop.cycle.value_or(protocol::Cycle{});
-    std::string shown = coloured(state_of(cycle, loop.co_unit),
-                                 cycle.fault == "none" ? Colour::plain : Colour::red);
+    std::string shown =
+        coloured(state_of(loop, cycle), cycle.fault == "none" ? Colour::plain : Colour::red);
     const std::string alarms = alarm_summary(loop);
+    const std::string mode = mode_of(loop, cycle);
     if (loop.out_of_service) shown = coloured("out of service: files have errors", Colour::red);
     if (loop.commissioning) {
       shown += ", " + coloured("in maintenance by " + loop.commissioning->by, Colour::yellow);
@@ -320,7 +335,7 @@ std::vector<std::string> loop_table(const std::vector<protocol::LoopStatus>& loo
     if (!alarms.empty()) shown += ", " + coloured("ALARM " + alarms, Colour::red);
     lines.push_back(
         fmt::format("{} {:<14} {} {:>16} {:>16} {:>14} {:>14}  {}", i == selected ? ">" : " ",
-                    loop.name, coloured(fmt::format("{:<9}", cycle.mode), mode_colour(cycle.mode)),
+                    loop.name, coloured(fmt::format("{:<9}", mode), mode_colour(mode)),
                     quantity(cycle.sp, loop.pv_unit), quantity(cycle.pv, loop.pv_unit),
                     quantity(cycle.co, loop.co_unit), quantity(cycle.stem, loop.co_unit), shown));
   }
@@ -332,7 +347,8 @@ std::string place_line(const std::vector<protocol::LoopStatus>& loops, std::size
   // The master may be in another area than the listed loops.
   std::string master = loop.master;
   const auto named = [](const protocol::LoopStatus& other) {
-    return fmt::format("{} ({})", other.name, other.cycle.value_or(protocol::Cycle{}).mode);
+    return fmt::format("{} ({})", other.name,
+                       mode_of(other, other.cycle.value_or(protocol::Cycle{})));
   };
   std::string line;
   if (!loop.area.empty()) line += "area " + loop.area + "   ";

@@ -56,7 +56,9 @@ std::vector<BenchRow> SimulatedBench::hold(double co, double seconds) {
 
 LiveBench::LiveBench(const std::string& socket, std::string loop, const LiveLimits& limits)
     : daemon_(socket), loop_(std::move(loop)), limits_(limits) {
-  if (const std::string why = protocol::not_in_force(daemon_, loop_); !why.empty())
+  const protocol::Remedies remedies{
+      .reload = fmt::format("Run `loopwarden reload{}`.", socket_option(socket))};
+  if (const std::string why = protocol::not_in_force(daemon_, loop_, {}, remedies); !why.empty())
     throw TestAborted(why);
   const protocol::LoopStatus before = status();
   const protocol::Cycle cycle = before.cycle.value_or(protocol::Cycle{.fault = "?"});

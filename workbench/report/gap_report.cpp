@@ -305,7 +305,8 @@ class Page {
     }
     if (!result_.next_test) return;
     const gap::NextTest& test = *result_.next_test;
-    add("<h2>Next test: {}</h2>{}", escaped(competing_names(test)), next_test_section(test));
+    add("<h2>Next test: {}</h2>{}", escaped(joined(names_of(test), " or ")),
+        next_test_section(test));
   }
 
   void plots() {

@@ -64,11 +64,10 @@ Chart predicted_chart(const gap::NextTest& test) {
 
 std::string next_test_section(const gap::NextTest& test) {
   return fmt::format(
-      "<p>{}</p><p>{} {}</p>\n<div class=\"pair\"><figure class=\"drawn\">{}</figure>"
+      "<p>{}</p><p>{}</p>\n<div class=\"pair\"><figure class=\"drawn\">{}</figure>"
       "<figure class=\"drawn\">{}</figure></div>\n",
-      escaped(decision_sentence(test)), escaped(expected_sentence(test.plan)),
-      escaped(next_class_sentence(test)), chart_svg(move_chart(test.plan)),
-      chart_svg(predicted_chart(test)));
+      escaped(proposed_test_text(test.plan, names_of(test))), escaped(next_class_sentence(test)),
+      chart_svg(move_chart(test.plan)), chart_svg(predicted_chart(test)));
 }
 
 std::string test_slip_html(const std::string& tag, const gap::NextTest& test,

@@ -44,8 +44,8 @@ void reload(Setup& setup) {
   const int code = setup.run({"reload", "--socket", setup.socket}, {});
   if (code == kExitOk || code == kExitTryAgain) return;
   setup.dialogue.say(
-      "  Its file has the lines, the daemon has not taken them: `loopwarden reload` once more when "
-      "that is over.");
+      "  The file has the new lines, the daemon does not use them yet. When the cause is over: " +
+      setup.remedies().reload);
 }
 
 // Returns the time of the last change in UTC; 0: the file does not exist.
@@ -88,9 +88,7 @@ Outcome commission(Setup& setup) {
   const std::string verdict = result.is_object() ? result.value("verdict", "") : "";
   if (verdict != "commissioned") {
     throw TestAborted(
-        fmt::format("the verdict is {}; `loopwarden setup {} --again record` records "
-                    "once more",
-                    verdict, setup.tag));
+        fmt::format("the verdict is {}; {} records once more", verdict, setup.command("record")));
   }
   std::string lines = "monitor:\n";
   if (result.value("specialists", nlohmann::json()).is_string()) {
@@ -125,28 +123,29 @@ Outcome connect_masters(Setup& setup) {
   const int code =
       setup.run({"register-map", "--format", "csv", "--config", setup.folder.string()}, map);
   if (code != 0) throw TestAborted(fmt::format("register-map ended with exit code {}", code));
-  dialogue.say(fmt::format("  {} has every address; `loopwarden register-map` knows other forms",
-                           map.string()));
+  dialogue.say(
+      fmt::format("  {} has every address; `loopwarden register-map{}` prints other "
+                  "formats",
+                  map.string(), setup.config_option()));
   setup.state().set_found("masters", map.string());
   return Outcome::done;
 }
 
 std::string what_waits(const Setup& setup) {
   try {
+    const protocol::Remedies remedies = setup.remedies();
     DaemonClient daemon(setup.socket);
     const std::string text = text_of_file(setup.loop_file());
-    if (std::string why = protocol::not_in_force(daemon, setup.tag, base::crc32(text));
+    if (std::string why = protocol::not_in_force(daemon, setup.tag, base::crc32(text), remedies);
         !why.empty()) {
       return why;
     }
-    if (std::string why = protocol::box_not_in_force(daemon); !why.empty()) return why;
+    if (std::string why = protocol::box_not_in_force(daemon, remedies); !why.empty()) return why;
     const fs::path twin = setup.loop().monitor.twin;
     const std::int64_t started_ms = protocol::ask(daemon, protocol::DescribeRequest{}).started_ms;
     if (!twin.empty() && written_ms(twin) > started_ms) {
-      return fmt::format(
-          "{}: {} is newer than the daemon's start. Restart the daemon (`systemctl restart "
-          "loopwardend`). Until it runs again, every loop is in its stop action.",
-          setup.tag, twin.string());
+      return fmt::format("{}: {} is newer than the daemon's start. {}", setup.tag, twin.string(),
+                         remedies.restart);
     }
     return {};
   } catch (const std::exception& e) {

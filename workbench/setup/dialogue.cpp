@@ -142,7 +142,8 @@ void Dialogue::forget(const std::string& id) {
 void Dialogue::back() {
   std::string last = state_.take_back();
   if (!last.empty()) throw Back{std::move(last)};
-  say("  There is no question before; `loopwarden setup TAG --again STEP` asks those of a step.");
+  say("  There is no earlier question. To repeat a step, press Ctrl-C and add --again STEP to the "
+      "same command.");
 }
 
 double Dialogue::number(const std::string& id, const std::string& about) {

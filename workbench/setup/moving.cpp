@@ -23,8 +23,8 @@ protocol::LoopStatus status_of(DaemonClient& daemon, const std::string& tag) {
 }
 
 void check_in_force(const Setup& setup, DaemonClient& daemon) {
-  const std::string why =
-      protocol::not_in_force(daemon, setup.tag, base::crc32(text_of_file(setup.loop_file())));
+  const std::string why = protocol::not_in_force(
+      daemon, setup.tag, base::crc32(text_of_file(setup.loop_file())), setup.remedies());
   if (!why.empty()) throw TestAborted(why);
 }
 

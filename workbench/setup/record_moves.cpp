@@ -172,8 +172,8 @@ void check_action(Setup& setup, const config::LoopConfig& loop) {
   } else if (proven != word_of(loop.controller.pid.action)) {
     throw TestAborted(fmt::format(
         "the stroke has shown that controller.action must be {}, {} has {}. Correct the file, or "
-        "`loopwarden setup {} --again stroke`",
-        proven, loop.file, word_of(loop.controller.pid.action), setup.tag));
+        "{}",
+        proven, loop.file, word_of(loop.controller.pid.action), setup.command("stroke")));
   }
 }
 

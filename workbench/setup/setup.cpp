@@ -7,6 +7,7 @@
 #include "base/text.hpp"
 #include "config/config_reader.hpp"
 #include "workbench/files/command_error.hpp"
+#include "workbench/live/daemon_client.hpp"
 #include "workbench/live/test_bench.hpp"
 #include "workbench/setup/planned_files.hpp"
 #include "workbench/setup/questions.hpp"
@@ -20,6 +21,27 @@ config::LoopConfig Setup::loop() const {
                        std::string(base::trimmed(config::to_text(read.diagnostics))));
   }
   return std::move(*read);
+}
+
+std::string Setup::config_option() const {
+  return folder == kDefaultFolder ? "" : " --config " + base::as_shell_word(folder.string());
+}
+
+std::string Setup::command(const std::string& again) const {
+  return fmt::format("`loopwarden setup {}{}{}{}`", tag, config_option(), socket_option(socket),
+                     again.empty() ? "" : " --again " + again);
+}
+
+protocol::Remedies Setup::remedies() const {
+  protocol::Remedies all{.reload =
+                             fmt::format("Run `loopwarden reload{}`.", socket_option(socket))};
+  if (const std::string config = config_option(); !config.empty()) {
+    all.restart = fmt::format(
+        "Stop the daemon and start it again (`loopwardend{}`). Until it runs again, every loop is "
+        "in its stop action.",
+        config);
+  }
+  return all;
 }
 
 std::string text_of_file(const std::filesystem::path& file) {
@@ -69,8 +91,8 @@ int run_steps(Setup& setup) {
       setup.state().set_step(protocol::kSetupSteps[i].name, "");
       --i;
     } catch (const TestAborted& e) {
-      dialogue.say(fmt::format("  Ended: {}\n  `loopwarden setup {}` begins this step again.",
-                               e.what(), setup.tag));
+      dialogue.say(
+          fmt::format("  Ended: {}\n  {} begins this step again.", e.what(), setup.command()));
       return kExitTryAgain;
     }
   }

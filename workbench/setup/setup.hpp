@@ -13,6 +13,7 @@
 
 #include "config/config_reader.hpp"
 #include "config/loop_config.hpp"
+#include "daemon/protocol/planned_test/in_force.hpp"
 #include "daemon/protocol/probe.hpp"
 #include "daemon/protocol/setups.hpp"
 #include "workbench/setup/dialogue.hpp"
@@ -25,6 +26,8 @@ class Prober {
   virtual ~Prober() = default;
   virtual protocol::Probed read(const protocol::Probe& asked) = 0;
 };
+
+inline constexpr const char* kDefaultFolder = "/etc/loopwardend";
 
 struct Setup {
   Dialogue& dialogue;
@@ -44,6 +47,11 @@ struct Setup {
   State& state() const { return dialogue.state(); }
   std::filesystem::path loop_file() const { return folder / "loops.d" / (tag + ".yaml"); }
   bool elsewhere() const { return dialogue.ask("control") == "elsewhere"; }
+  // Returns the command that continues this setup, or repeats a step. Like all printed commands it
+  // has the folder and the socket of this setup, and runs as printed.
+  std::string command(const std::string& again = {}) const;
+  std::string config_option() const;  // empty for the default folder
+  protocol::Remedies remedies() const;
   // Returns the configuration in the loop's file. Throws CommandError if the file is wrong.
   config::LoopConfig loop() const;
 };

@@ -20,9 +20,13 @@ namespace {
 std::string not_running(const Setup& setup) {
   try {
     DaemonClient daemon(setup.socket);
-    return protocol::not_in_force(daemon, setup.tag, base::crc32(text_of_file(setup.loop_file())));
+    return protocol::not_in_force(daemon, setup.tag, base::crc32(text_of_file(setup.loop_file())),
+                                  setup.remedies());
   } catch (const std::exception& e) {
-    return fmt::format("{}. Start the daemon (`systemctl enable --now loopwardend`).", e.what());
+    const std::string config = setup.config_option();
+    return fmt::format(
+        "{}. Start the daemon (`{}`).", e.what(),
+        config.empty() ? "systemctl enable --now loopwardend" : "loopwardend" + config);
   }
 }
 

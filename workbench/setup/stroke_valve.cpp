@@ -132,10 +132,8 @@ Outcome stroke_valve(Setup& setup) {
   setup.state().set_found("action", word_of(right));
   if (loop.controller.pid.action != right) {
     throw TestAborted(fmt::format(
-        "PV {} with CO: controller.action must be {} in {}. `loopwarden setup {} --again file` "
-        "asks "
-        "once more",
-        rise > 0.0 ? "rises" : "falls", word_of(right), loop.file, setup.tag));
+        "PV {} with CO: controller.action must be {} in {}. {} asks once more",
+        rise > 0.0 ? "rises" : "falls", word_of(right), loop.file, setup.command("file")));
   }
   std::string found =
       fmt::format("PV {} by {:.4g} {} over CO {:.4g} to {:.4g} {}", rise > 0.0 ? "rises" : "falls",

@@ -91,9 +91,10 @@ std::string changed_file(Setup& setup, const std::string& live, const std::strin
   }
   throw TestAborted(
       id.empty()
-          ? fmt::format("the files would be invalid and were not written. `loopwarden "
-                        "setup {} --again STEP` (loop, devices, file) asks again",
-                        setup.tag)
+          ? fmt::format(
+                "the files would be invalid and were not written. {} asks for the loop again; "
+                "--again devices and --again file ask the other questions again",
+                setup.command("loop"))
           : fmt::format("the files would be invalid and were not written. {} is asked again", id));
 }
 

@@ -1,8 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "workbench/survey/costs.hpp"
 
+#include <fmt/format.h>
+
+#include <utility>
+
 #include "config/document.hpp"
 #include "config/map_reader.hpp"
+#include "workbench/files/command_error.hpp"
 
 namespace loopwarden::workbench {
 namespace {
@@ -63,8 +68,19 @@ config::Loaded<Costs> read_costs_text(const std::string& file, std::string_view 
   return costs;
 }
 
-config::Loaded<Costs> read_costs_file(const std::filesystem::path& path) {
-  return config::load_file(path, read_costs_text);
+Costs read_costs_file(const std::filesystem::path& path) {
+  auto costs = config::load_file(path, read_costs_text);
+  fmt::print(stderr, "{}", config::to_text(costs.diagnostics));
+  if (costs) return std::move(*costs);
+  std::string known;
+  const config::KeyReference reference = describe_costs();
+  for (const config::KeyDescription& key : reference.keys()) {
+    if (!key.path.starts_with("work.")) known += (known.empty() ? "" : ", ") + key.path;
+  }
+  throw CommandError(
+      kExitConfiguration,
+      fmt::format("{}: can't be used. Its keys: {}. docs/reference/worklist.md describes them",
+                  path.string(), known));
 }
 
 config::KeyReference describe_costs() {

@@ -77,7 +77,8 @@ struct Costs {
 };
 
 config::Loaded<Costs> read_costs_text(const std::string& file, std::string_view text);
-config::Loaded<Costs> read_costs_file(const std::filesystem::path& path);
+// Prints the file's messages. Throws CommandError with the known keys if the file can't be used.
+Costs read_costs_file(const std::filesystem::path& path);
 config::KeyReference describe_costs();
 
 }  // namespace loopwarden::workbench

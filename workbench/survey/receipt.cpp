@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "model/analysis/gain_comparison.hpp"
+#include "model/diagnosis/limits.hpp"
 #include "model/diagnosis/survey_window.hpp"
 #include "model/numeric/statistics.hpp"
 #include "record/import/time_text.hpp"
@@ -106,7 +107,8 @@ Side judged_side(std::vector<record::Imported>& records, const ReceiptInput& inp
     side.complete = complete_piece(automatic);
   }
   if (side.longest == nullptr)
-    throw CommandError(kExitData, fmt::format("no record {} the work has PV and CO", when));
+    throw CommandError(kExitData,
+                       fmt::format("no record {} the work has PV and CO. Export both", when));
   const record::Record& r = side.longest->record;
   numeric::LoopView view = r.view();
   view.co_low = input.co_range[0];
@@ -122,6 +124,52 @@ Side judged_side(std::vector<record::Imported>& records, const ReceiptInput& inp
   if (input.model && input.gains)
     side.by_model = analysis::compare_gains(side.complete.view(), *input.model, *input.gains);
   return side;
+}
+
+// The values of 95 % of the samples; NaN without samples.
+struct Spread {
+  double low = std::nan(""), high = std::nan("");
+};
+
+Spread spread_of(std::vector<double> values) {
+  std::erase_if(values, [](double v) { return !std::isfinite(v); });
+  if (values.empty()) return {};
+  const double low = numeric::quantile_in_place(values, 0.025);
+  return {low, numeric::quantile_in_place(values, 0.975)};
+}
+
+// Returns whether both can hardly be the same signal in the same unit.
+bool differ_widely(const Spread& a, const Spread& b) {
+  constexpr double kFactor = 3.0;
+  if (a.low <= b.high && b.low <= a.high) return false;
+  const double first = std::abs(a.low + a.high);
+  const double second = std::abs(b.low + b.high);
+  return std::max(first, second) > kFactor * std::min(first, second);
+}
+
+// Returns the signs that both sides are records of different loops, or in different units.
+std::vector<std::string> doubts_of(const record::Imported& before, const record::Imported& after) {
+  std::vector<std::string> doubts;
+  const auto named = [&](const char* what, const std::string& was, const std::string& is) {
+    if (!was.empty() && !is.empty() && was != is)
+      doubts.push_back(fmt::format("{} is {} before and {} after", what, was, is));
+  };
+  const auto level = [&](const char* what, const std::vector<double>& was,
+                         const std::vector<double>& is) {
+    const Spread a = spread_of(was);
+    const Spread b = spread_of(is);
+    if (differ_widely(a, b))
+      doubts.push_back(fmt::format("{} is {:.3g} to {:.3g} before and {:.3g} to {:.3g} after", what,
+                                   a.low, a.high, b.low, b.high));
+  };
+  const auto unit = [](const record::Imported& one, record::Role role) -> const std::string& {
+    return one.notes.units[index_of(role)];
+  };
+  named("the unit of PV", unit(before, record::Role::pv), unit(after, record::Role::pv));
+  named("the unit of CO", unit(before, record::Role::co), unit(after, record::Role::co));
+  level("PV", before.record.pv, after.record.pv);
+  level("CO", before.record.co, after.record.co);
+  return doubts;
 }
 
 std::string receipt_moment(const record::Imported& imported, double s) {
@@ -241,15 +289,37 @@ struct Result {
   std::string word, why;
 };
 
+// Returns what a side lacks for a judgement, with the present and the needed amount and what to do;
+// empty: it lacks nothing.
+std::string lack_of(const Side& side, const diagnosis::Diagnosis& like, const char* when) {
+  constexpr double kLeastMinutes = 30.0;
+  constexpr std::size_t kLeastSamples = diagnosis::DiagnosisLimits::kLeastSamples;
+  if (60.0 * side.hours < kLeastMinutes)
+    return fmt::format(
+        "the record {} the work has {:.0f} min, and {:.0f} min are needed: wait, or export a "
+        "longer record",
+        when, 60.0 * side.hours, kLeastMinutes);
+  if (side.complete.pv.size() < kLeastSamples)
+    return fmt::format(
+        "the record {} the work has {} samples of PV and CO in a row in automatic, and {} are "
+        "needed: export a longer record in automatic, or more samples per hour",
+        when, side.complete.pv.size(), kLeastSamples);
+  if (like.verdict == diagnosis::DiagnosisVerdict::not_enough_data)
+    return fmt::format("the record {} the work can't be judged, because {}: export {}", when,
+                       like.reason, like.settle);
+  return {};
+}
+
 // Returns the result of the judgement that fits the work, unless the loop's own figures do not
 // support it.
 Result result_of(const ReceiptInput& input, const diagnosis::Repair& repair, const Side& before,
                  const Side& after, bool same_disturbance) {
   using diagnosis::RepairResult;
   const std::string open = diagnosis::to_text(RepairResult::cant_tell);
-  constexpr double kLeastHours = 0.5;
-  if (std::min(before.hours, after.hours) < kLeastHours)
-    return {open, "a record is shorter than half an hour"};
+  for (std::string lack :
+       {lack_of(before, repair.before, "before"), lack_of(after, repair.after, "after")}) {
+    if (!lack.empty()) return {open, std::move(lack)};
+  }
   if (input.gains_only) {
     const auto side = [](const Side& one) {
       return analysis::GainRecord{.rms = rms_of(errors_of(one.complete)), .by_model = one.by_model};
@@ -313,6 +383,16 @@ std::string saving_sentence(const json& r) {
                      saving.at("assumptions").get<std::string>());
 }
 
+// Returns an empty text without doubts.
+std::string doubts_text(const json& r) {
+  const json& doubts = r.at("doubts");
+  if (doubts.empty()) return {};
+  std::string text = "Warning: ";
+  for (const json& doubt : doubts)
+    text += (doubt == doubts.front() ? "" : "; ") + doubt.get<std::string>();
+  return text + ". Are both records of the same loop, in the same units?";
+}
+
 std::string result_words(const json& r) {
   const auto result = r.at("result").get<std::string>();
   if (result == "not_repaired") return "NOT repaired";
@@ -372,6 +452,7 @@ Receipt make_receipt(ReceiptInput input) {
                   {"before", side_json(before, repair.before, co_span)},
                   {"after", side_json(after, repair.after, co_span)},
                   {"same_disturbance", same},
+                  {"doubts", doubts_of(*before.longest, *after.longest)},
                   {"saving", nullptr}};
   if (result.word == "repaired" || result.word == "improved")
     receipt.told["saving"] = saving_json(input, before, after, is_same);
@@ -387,6 +468,7 @@ std::string receipt_sentence(const json& r) {
 
 std::string receipt_text(const json& r) {
   std::string text = receipt_sentence(r) + "\n";
+  if (const std::string doubts = doubts_text(r); !doubts.empty()) text += doubts + "\n";
   for (const json& work : r.at("work")) text += "work: " + work.get<std::string>() + "\n";
   text += fmt::format("{:<34} {:<30} {}\n", "", "before", "after");
   for (const ReceiptRow& row : receipt_rows(r))
@@ -416,6 +498,8 @@ std::string receipt_page(const Receipt& receipt) {
   if (!r.at("work").empty()) html += "</ul>\n";
   html += fmt::format("<p class=\"result {}\">{}</p>\n", r.at("result").get<std::string>(),
                       escaped(receipt_sentence(r)));
+  if (const std::string doubts = doubts_text(r); !doubts.empty())
+    html += fmt::format("<p><strong>{}</strong></p>\n", escaped(doubts));
   html += "<table><thead><tr><th></th><th>Before</th><th>After</th></tr></thead><tbody>\n";
   for (const ReceiptRow& row : receipt_rows(r)) {
     html += fmt::format("<tr><th scope=\"row\">{}</th><td>{}</td><td>{}</td></tr>\n",

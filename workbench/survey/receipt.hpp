@@ -33,7 +33,7 @@ struct ReceiptInput {
 };
 
 struct Receipt {
-  nlohmann::json told;  // docs/reference/receipt.md
+  nlohmann::json told;  // docs/how-to/prove-a-repair.md
   std::string picture;  // SVG elements of both records, for the page
 };
 

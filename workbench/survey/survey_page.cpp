@@ -272,8 +272,9 @@ std::string groups_html(const json& groups, const LoopNames& names) {
 std::string failed_html(const json& failed) {
   if (failed.empty()) return {};
   std::string html =
-      "<h2>Skipped, or could not be read</h2>\n<table><thead><tr><th class=\"text\">File</th><th "
-      "class=\"text\">Loop</th><th class=\"text\">Why</th></tr></thead><tbody>\n";
+      "<h2>Skipped, or could not be read</h2>\n<table class=\"skipped\"><thead><tr><th "
+      "class=\"text\">File</th><th class=\"text\">Loop</th><th "
+      "class=\"text\">Why</th></tr></thead><tbody>\n";
   for (const json& f : failed) {
     html += fmt::format(
         "<tr><td class=\"text\">{}</td><td class=\"text\">{}</td><td class=\"text\">{}</td></tr>\n",

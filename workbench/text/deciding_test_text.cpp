@@ -11,54 +11,32 @@
 namespace loopwarden::workbench {
 namespace {
 
-std::vector<std::string> names_of(const diagnosis::DecidingTest& test) {
+std::vector<std::string> explanations_of(const diagnosis::DecidingTest& test) {
   if (test.names_effect) return {"stiction", "backlash", "good valve"};
   return {"stiction or backlash", "good valve"};
 }
 
 double percent(double part, double whole) { return 100.0 * std::abs(part) / whole; }
 
-// The move, who may allow it, and what it shows.
-std::string plan_text(const diagnosis::DecidingTest& test, const estimator::TestPlan& plan,
-                      double co_span) {
-  const double good = outcomes_of(plan).back()[0];
-  return fmt::format(
-      "{} That is {:.2g} % of the CO span, or {:.2g} times the band. The move adds up to {:.2g} % "
-      "of "
-      "the span of PV ({:.3g}{}) to the deviations of PV, which reach {:.2g}. Expected with {} Of "
-      "100 simulated tests, {:.0f} decide rightly.",
-      test_sentence(plan), percent(plan.move.size, co_span), std::abs(plan.move.size) / test.band,
-      100.0 * plan.class_share, test.pv_span, test.pv_span_known ? "" : ", assumed", plan.pv_swing,
-      test.names_effect
-          ? fmt::format("a good valve: PV follows by {:+.2g} and returns; with stiction: PV rests, "
-                        "then jumps; with backlash: PV rests after each turn, then follows.",
-                        good)
-          : fmt::format("a good valve: PV follows by {:+.2g} and returns; with stiction or "
-                        "backlash: PV misses the move, or does not return.",
-                        good),
-      100.0 * plan.probability_right);
-}
-
 }  // namespace
 
 std::string deciding_test_text(const diagnosis::DecidingTest& test,
                                const std::vector<double>& co_range) {
-  const double co_span = co_range[1] - co_range[0];
-  if (const auto& plan = test.planned.plan) {
-    return fmt::format("{} Permission: {}.", plan_text(test, *plan, co_span),
-                       allowed_by(plan->class_share));
-  }
-  const std::string none =
-      fmt::format("No move of CO decides and adds at most 5 % of the span of PV ({:.3g}{}).",
-                  test.pv_span, test.pv_span_known ? "" : ", assumed");
+  const std::string assumed =
+      test.pv_span_known
+          ? ""
+          : fmt::format(" The span of PV is assumed: {:.3g} PV units.", test.pv_span);
+  if (const auto& plan = test.planned.plan)
+    return proposed_test_text(*plan, explanations_of(test)) + assumed;
+  const std::string none = "No move of CO decides and adds at most 5 % of the span of PV.";
   if (!test.planned.beyond) {
     return fmt::format(
-        "{} Neither does one within 20 %: the disturbance hides a band of {:.2g} "
-        "% of the CO span. Record an hour with set points that move.",
-        none, percent(test.band, co_span));
+        "{} Neither does one within 20 %: the disturbance hides a band of {:.2g} % of the CO span. "
+        "Record an hour with set points that move.{}",
+        none, percent(test.band, co_range[1] - co_range[0]), assumed);
   }
-  return fmt::format("{} The smallest move that decides needs a separate test day: {}", none,
-                     plan_text(test, *test.planned.beyond, co_span));
+  return fmt::format("{} The smallest move that decides is larger. {}{}", none,
+                     proposed_test_text(*test.planned.beyond, explanations_of(test)), assumed);
 }
 
 nlohmann::json deciding_test_json(const diagnosis::DecidingTest& test,
@@ -72,7 +50,7 @@ nlohmann::json deciding_test_json(const diagnosis::DecidingTest& test,
   const bool within = test.planned.plan.has_value();
   if (!within && !test.planned.beyond) return out;
   const estimator::TestPlan& plan = within ? *test.planned.plan : *test.planned.beyond;
-  const std::vector<std::string> names = names_of(test);
+  const std::vector<std::string> names = explanations_of(test);
   const std::vector<std::array<double, 2>> changes = outcomes_of(plan);
   out["move"] = estimator::to_text(plan.move.kind);
   out["from"] = plan.moved.back();

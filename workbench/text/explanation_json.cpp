@@ -37,7 +37,8 @@ json explanation_json(const twin::Explanation& e, alarm::AlarmKind alarm, double
   out["agrees"] = twin::agrees(e, alarm);
   out["sentence"] = e.result.sentence;
   out["next_test"] = whole.at("next_test");
-  if (e.result.next_test) out["next_test"]["text"] = decision_sentence(*e.result.next_test);
+  if (const auto& test = e.result.next_test)
+    out["next_test"]["text"] = proposed_test_text(test->plan, names_of(*test));
   return out;
 }
 

@@ -32,13 +32,17 @@ double five_digits(double value) { return std::stod(fmt::format("{:.5g}", value)
 
 }  // namespace
 
-std::string competing_names(const gap::NextTest& test) {
-  std::string names;
-  for (std::size_t i = 0; i < test.explanations.size(); ++i) {
-    const bool last = i + 1 == test.explanations.size();
-    names += (i == 0 ? "" : last ? " or " : ", ") + title_of(test.explanations[i].effects);
-  }
+std::vector<std::string> names_of(const gap::NextTest& test) {
+  std::vector<std::string> names;
+  for (const gap::Probability& one : test.explanations) names.push_back(title_of(one.effects));
   return names;
+}
+
+std::string joined(const std::vector<std::string>& names, const char* last) {
+  std::string text;
+  for (std::size_t i = 0; i < names.size(); ++i)
+    text += (i == 0 ? "" : i + 1 == names.size() ? last : ", ") + names[i];
+  return text;
 }
 
 std::string test_sentence(const TestPlan& plan) {
@@ -63,15 +67,6 @@ std::string test_sentence(const TestPlan& plan) {
                          from - plan.move.size, unit, hold, hold);
     default: return fmt::format("{} for {}, then back for {}.", there, hold, hold);
   }
-}
-
-std::string expected_sentence(const TestPlan& plan) {
-  return fmt::format(
-      "It decides rightly with probability {:.2f} and wrongly with {:.2f}, takes {}, and moves PV "
-      "by at most {:.3g} PV units and CO by {:.3g} CO units. Permission: {} (the move adds up "
-      "to {:.2g} % of the span of PV).",
-      plan.probability_right, plan.probability_wrong, time_text(plan.duration_s), plan.pv_swing,
-      plan.output_swing, allowed_by(plan.class_share), 100.0 * plan.class_share);
 }
 
 std::vector<double> means_of(const std::vector<double>& values, std::size_t count) {
@@ -102,13 +97,14 @@ const char* allowed_by(double pv_share) {
   return pv_share < 0.011 ? "technician" : pv_share < 0.031 ? "operator" : "test day";
 }
 
-std::string decision_sentence(const gap::NextTest& test) {
-  const TestPlan& plan = test.plan;
+std::string proposed_test_text(const TestPlan& plan, const std::vector<std::string>& names) {
   // The moment at which the explanations differ most, apart from noise.
   constexpr std::size_t kMoments = 40;
   std::vector<std::vector<double>> pv;
-  for (const estimator::Predicted& one : plan.predicted)
+  for (const estimator::Predicted& one : plan.predicted) {
     pv.push_back(means_of(one.middle, kMoments));
+    for (double& value : pv.back()) value -= one.middle.front();
+  }
   const std::vector<double> times = means_of(plan.time_s, kMoments);
   std::size_t telling = 0;
   double most = -1.0;
@@ -124,15 +120,17 @@ std::string decision_sentence(const gap::NextTest& test) {
       telling = k;
     }
   }
-  std::string names;
   std::string outcomes;
-  for (std::size_t i = 0; i < test.explanations.size(); ++i) {
-    const std::string name = title_of(test.explanations[i].effects);
-    names += (i == 0 ? "" : i + 1 == test.explanations.size() ? " and " : ", ") + name;
-    outcomes += fmt::format("{}{:.4g} with {}", i == 0 ? "" : ", ", pv[i][telling], name);
-  }
-  return fmt::format("To decide between {}: {} Expected PV {} after the start: {}.", names,
-                     test_sentence(plan), time_text(times[telling]), outcomes);
+  for (std::size_t i = 0; i < names.size(); ++i)
+    outcomes += fmt::format("{}{:+.2g} with {}", i == 0 ? "" : ", ", pv[i][telling], names[i]);
+  return fmt::format(
+      "To decide between {}: {} Expected change of PV {} after the start: {} (PV units). Of 100 "
+      "simulated tests, {:.0f} decide rightly and {:.0f} wrongly. The test takes {}, and moves PV "
+      "by at most {:.2g} PV units and CO by {:.2g} CO units. Permission: {} (the move adds up to "
+      "{:.2g} % of the span of PV).",
+      joined(names, " and "), test_sentence(plan), time_text(times[telling]), outcomes,
+      100.0 * plan.probability_right, 100.0 * plan.probability_wrong, time_text(plan.duration_s),
+      plan.pv_swing, plan.output_swing, allowed_by(plan.class_share), 100.0 * plan.class_share);
 }
 
 std::string next_class_sentence(const gap::NextTest& test) {

@@ -15,14 +15,17 @@ using protocol::PlannedExplanation;
 using protocol::TestPlanFile;
 using protocol::write_test_plan;
 
-// "stiction or square disturbance"
-std::string competing_names(const gap::NextTest& test);
+// Returns the names of the explanations between which the test decides.
+std::vector<std::string> names_of(const gap::NextTest& test);
+// Returns "stiction, backlash or creep", with `last` before the last name.
+std::string joined(const std::vector<std::string>& names, const char* last);
 // What to move, by how much and how long.
 std::string test_sentence(const estimator::TestPlan& plan);
-// "To decide between stiction and backlash: in automatic, ... Expected: ..."
-std::string decision_sentence(const gap::NextTest& test);
-// How often it decides, and how far PV and CO move.
-std::string expected_sentence(const estimator::TestPlan& plan);
+// Returns the proposed test in words: the move, the change of PV that each explanation predicts,
+// how often it decides, its duration, its deviations and who may allow it. `names`: of the
+// explanations, in the order of the plan.
+std::string proposed_test_text(const estimator::TestPlan& plan,
+                               const std::vector<std::string>& names);
 // Means of `values` over at most `count` stretches of equal length.
 std::vector<double> means_of(const std::vector<double>& values, std::size_t count);
 // Changes of PV from the start of the test, PV units: the largest one, and the one at the end.

@@ -13,11 +13,6 @@
 namespace loopwarden::protocol {
 namespace {
 
-constexpr const char* kReload = "Run `loopwarden reload`.";
-constexpr const char* kRestart =
-    "Restart the daemon (`systemctl restart loopwardend`). Until it runs again, every loop is in "
-    "its stop action.";
-
 std::optional<ReloadOutcome> dry_run(Daemon& daemon) {
   using Clock = std::chrono::steady_clock;
   constexpr std::chrono::seconds kPatience{10};  // for the daemon's disk
@@ -52,7 +47,8 @@ std::string in_words(const std::vector<KeyChange>& changes) {
 }
 
 // Returns the differences of a loop whose file was read, with the action to take.
-std::string difference(const LoopPlan& plan, const std::optional<LoopGains>& gains) {
+std::string difference(const LoopPlan& plan, const std::optional<LoopGains>& gains,
+                       const Remedies& remedies) {
   std::vector<KeyChange> by_reload = plan.applied;
   by_reload.insert(by_reload.end(), plan.waiting_for_output.begin(), plan.waiting_for_output.end());
   std::erase_if(by_reload, [&](const KeyChange& one) { return is_ordered_gain(one, gains); });
@@ -61,7 +57,7 @@ std::string difference(const LoopPlan& plan, const std::optional<LoopGains>& gai
   std::vector<KeyChange> all = by_reload;
   all.insert(all.end(), plan.waiting_for_restart.begin(), plan.waiting_for_restart.end());
   return fmt::format("{}: {} is not in force: {}. {}", plan.loop, plan.file, in_words(all),
-                     restart ? kRestart : kReload);
+                     restart ? remedies.restart : remedies.reload);
 }
 
 }  // namespace
@@ -77,7 +73,7 @@ std::optional<LoopFile> file_of_loop(Daemon& daemon, const std::string& tag) {
   return std::nullopt;
 }
 
-std::string box_not_in_force(Daemon& daemon) {
+std::string box_not_in_force(Daemon& daemon, const Remedies& remedies) {
   const std::optional<ReloadOutcome> read = dry_run(daemon);
   if (!read || !read->plan) return "the daemon cannot read its files. See its log.";
   const DaemonPlan& plan = read->plan->daemon;
@@ -85,23 +81,21 @@ std::string box_not_in_force(Daemon& daemon) {
   const bool restart = !plan.waiting_for_restart.empty();
   return fmt::format("{} is not in force: {}. {}", plan.file,
                      in_words(restart ? plan.waiting_for_restart : plan.applied),
-                     restart ? kRestart : kReload);
+                     restart ? remedies.restart : remedies.reload);
 }
 
 std::string not_in_force(Daemon& daemon, const std::string& tag,
-                         std::optional<std::uint32_t> file_hash) {
+                         std::optional<std::uint32_t> file_hash, const Remedies& remedies) {
   const std::optional<ReloadOutcome> read = dry_run(daemon);
   if (!read) return tag + ": the daemon has not read its files within 10 s. Check its disk.";
   if (!read->plan) {
-    return fmt::format(
-        "{}: the daemon refuses its files: {}. Correct them, and run `loopwarden "
-        "reload`.",
-        tag, read->why.value_or("no reason given"));
+    return fmt::format("{}: the daemon refuses its files: {}. Correct them. {}", tag,
+                       read->why.value_or("no reason given"), remedies.reload);
   }
   const auto plan = std::find_if(read->plan->loops.begin(), read->plan->loops.end(),
                                  [&](const LoopPlan& loop) { return loop.loop == tag; });
   if (plan == read->plan->loops.end() || plan->decision == "came") {
-    return fmt::format("{}: the daemon does not run this loop. {}", tag, kRestart);
+    return fmt::format("{}: the daemon does not run this loop. {}", tag, remedies.restart);
   }
   if (plan->decision == "gone") {
     return fmt::format("{}: the daemon runs this loop without a file. Write its file back.", tag);
@@ -109,10 +103,11 @@ std::string not_in_force(Daemon& daemon, const std::string& tag,
   const Status status = ask(daemon, StatusRequest{});
   const auto loop = std::find_if(status.loops.begin(), status.loops.end(),
                                  [&](const LoopStatus& one) { return one.name == tag; });
-  std::string differs = difference(*plan, loop == status.loops.end() ? std::nullopt : loop->gains);
+  std::string differs =
+      difference(*plan, loop == status.loops.end() ? std::nullopt : loop->gains, remedies);
   if (!differs.empty() || !file_hash) return differs;
   if (!plan->file_hash) {
-    return fmt::format("{}: the daemon has an older version. {}", tag, kRestart);
+    return fmt::format("{}: the daemon has an older version. {}", tag, remedies.restart);
   }
   if (*plan->file_hash != *file_hash) {
     return fmt::format(

@@ -9,15 +9,8 @@
 #include "daemon/protocol/ask.hpp"
 
 namespace loopwarden::protocol {
-namespace {
 
 using std::chrono::steady_clock;
-
-bool is_later(const DaemonError& e) {
-  return e.refused() && std::string(e.what()).find("Try again") != std::string::npos;
-}
-
-}  // namespace
 
 // The daemon refuses the begin while its newest command is not on the disk.
 TestSession::TestSession(Daemon& daemon, std::string loop, const TestTerms& terms,
@@ -30,7 +23,7 @@ TestSession::TestSession(Daemon& daemon, std::string loop, const TestTerms& term
     try {
       session_ = ask(daemon_, begin).session;
     } catch (const DaemonError& e) {
-      if (!is_later(e) || steady_clock::now() > until) throw;
+      if (e.kind() != DaemonError::Kind::not_yet || steady_clock::now() > until) throw;
       std::this_thread::sleep_for(std::chrono::milliseconds(100));
     }
   }
@@ -56,7 +49,7 @@ bool TestSession::move(double to) {
   try {
     ask(daemon_, move);
   } catch (const DaemonError& e) {
-    if (!is_later(e)) throw;
+    if (e.kind() != DaemonError::Kind::not_yet) throw;
     return false;
   }
   told_ = steady_clock::now();

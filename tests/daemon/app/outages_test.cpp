@@ -24,6 +24,7 @@ hal::feed::FeedSettings fed(const std::string& feeder, const std::string& name) 
 
 hal::modbus::LoopModbusSettings modbus(std::uint8_t unit) {
   hal::modbus::LoopModbusSettings io;
+  io.transmitter_link.name = "plc";
   io.transmitter_link.host = "10.0.0.5";
   io.process_variable.unit = unit;
   return io;
@@ -173,7 +174,7 @@ TEST_CASE("units of one link are one connection; another lost one raises the ala
   bench.look();
   CHECK(bench.connection() == AlarmState::acknowledged);
   bench.silent(3, Reason::link_lost);
-  CHECK(bench.look().connections.at(0).what == "Modbus 10.0.0.5:502, unit 1, 2");
+  CHECK(bench.look().connections.at(0).what == "link plc (Modbus 10.0.0.5:502), unit 1, 2");
   CHECK(bench.connection() == AlarmState::unacknowledged);
 }
 

@@ -26,11 +26,14 @@ TEST_CASE("a test by SP moves in automatic and gives the set point back") {
   REQUIRE(loop.begin(1.5, false).at("ok") == true);
   CHECK(loop.mode() == Mode::automatic);
   REQUIRE(loop.move(51.5).at("ok") == true);
+  CHECK(loop.move(51.5).at("try_again") == true);  // no cycle has taken the first one
   loop.run_for(20.0);
   CHECK(loop.set_point() == 51.5);
   // A restart would continue with the set point from before the test.
   CHECK(LastCommandsFile(loop.folder / "orders").load().loops.at("FIC-101").set_point == 50.0);
-  CHECK(has(error_of(loop.move(51.6)), "SP 51.6 is outside"));
+  const json beyond = loop.move(51.6);
+  CHECK(has(error_of(beyond), "SP 51.6 is outside"));
+  CHECK_FALSE(beyond.contains("try_again"));
   CHECK(has(
       error_of(loop.request({{"request", "set"}, {"set_point", 51.0}, {"session", *loop.session}})),
       "with `move`"));

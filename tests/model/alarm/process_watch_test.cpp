@@ -306,9 +306,29 @@ TEST_CASE("several conditions of one cycle are reported together, each as a sepa
   dead.fault = Fault::output_lost;
   dead.mode = Mode::fallback;
   loop.run(dead, kDelay + 1);
-  CHECK(loop.take() == Changes{{AlarmKind::bad_pv, true},
-                               {AlarmKind::output_lost, true},
-                               {AlarmKind::not_normal_mode, true}});
+  CHECK(loop.take() == Changes{{AlarmKind::bad_pv, true}, {AlarmKind::output_lost, true}});
+}
+
+TEST_CASE("a lost PV is no alarm of the mode, whose delay starts when PV is back", "[monitor]") {
+  Loop loop;
+  ProcessCycle lost = with_bad_pv();
+  lost.fault = Fault::bad_pv;
+  lost.mode = Mode::fallback;
+  loop.run(lost, kDelay - 1);
+  ProcessCycle back = healthy();
+  back.fault = Fault::bad_pv;  // the loop waits for its recovery delay
+  back.mode = Mode::fallback;
+  loop.run(back, kDelay - 1);
+  SECTION("the loop returns to automatic") {
+    loop.run(healthy(), 2 * kDelay);
+    CHECK(loop.take().empty());
+  }
+  SECTION("the loop waits in manual") {
+    back.fault = Fault::none;
+    back.mode = Mode::manual;
+    loop.run(back, 2);
+    CHECK(loop.take() == came(AlarmKind::not_normal_mode));
+  }
 }
 
 TEST_CASE("a consequence does not outlast its alarm", "[monitor]") {
@@ -489,9 +509,7 @@ TEST_CASE("a watched loop has 30 s for its first PV", "[monitor]") {
   CHECK(loop.take().empty());
   SECTION("then it has lost its source") {
     loop.run(awaited, 2);
-    CHECK(loop.take() == Changes{{AlarmKind::bad_pv, true},
-                                 {AlarmKind::not_normal_mode, true},
-                                 {AlarmKind::source_lost, true}});
+    CHECK(loop.take() == Changes{{AlarmKind::bad_pv, true}, {AlarmKind::source_lost, true}});
   }
   SECTION("a first PV ends the wait") {
     loop.run(healthy(), 1);

@@ -12,6 +12,8 @@ TEST_CASE("the demo's test decides for the effect that the plant has", "[demo]")
                   [&](const std::string& line) { told += line + "\n"; });
   INFO(told);
   CHECK(told.find("To decide between stiction and deadband drive") != std::string::npos);
+  CHECK(told.find("Expected change of PV") != std::string::npos);
+  CHECK(told.find("Permission: ") != std::string::npos);
   CHECK(told.find("Decided: stiction. The valve was simulated with stiction.") !=
         std::string::npos);
 }

@@ -67,6 +67,11 @@ TEST_CASE("an undecided record gives cant_tell and a test of the size of its ban
   CHECK(open.at("reason").get<std::string>().find("about as well") != std::string::npos);
   const nlohmann::json& test = open.at("next_test");
   CHECK(open.at("settle") == test.at("text"));
+  // The same text as that of gap.
+  CHECK_THAT(
+      test.at("text").get<std::string>(),
+      Catch::StartsWith("To decide between stiction or backlash and good valve: In manual") &&
+          Catch::Contains("Expected change of PV") && Catch::Contains("Permission: "));
   CHECK(test.at("size_in_bands").get<double>() < 3.0);
   CHECK(test.at("size").get<double>() == Approx(test.at("size_in_bands").get<double>() *
                                                 test.at("band_percent_of_span").get<double>()));

@@ -70,8 +70,11 @@ TEST_CASE("the example's tags become files that check accepts", "[discover][prog
               "output.range, pv, co, sp; guessed: sample_time; missing: "
               "process_variable.range: [lower, upper end] of PV"));
   CHECK(holds(made.text, "1 tag belongs to no loop: 'TI411'"));
-  CHECK(holds(made.text, "4 of 4 loops written"));
-  CHECK_FALSE(holds(made.text, "needs: feeders"));
+  CHECK(holds(made.text,
+              "4 of 4 loops written. Check the guessed keys, add the missing keys to "
+              "each file .incomplete and remove this ending, then run `loopwarden check " +
+                  site.folder.path().string()));
+  CHECK_FALSE(holds(made.text, "feeders:"));
   const ShellOutcome checked = site.loopwarden("check " + site.folder.path().string());
   INFO(checked.text);
   CHECK(checked.exit_code == 0);
@@ -96,7 +99,7 @@ TEST_CASE("files that exist stay as they are", "[discover][program]") {
   CHECK(fs::is_symlink(site.folder / "loops.d/FIC206.yaml"));
   CHECK_FALSE(fs::exists(site.folder / "nowhere"));
   CHECK_FALSE(fs::exists(site.folder / "loops.d/TIC410.yaml.incomplete"));
-  CHECK(holds(made.text, "loops.d/FIC205.yaml: exists; not changed"));
+  CHECK(holds(made.text, "loops.d/FIC205.yaml: exists; not changed. Remove it to write it again"));
   CHECK(holds(made.text, "1 of 4 loops written"));
   const std::string before = site.text("LIC301.yaml");
   const ShellOutcome again = site.discover(tags);
@@ -203,7 +206,9 @@ TEST_CASE("loops that can't get a unique tag are reported", "[discover][program]
   const ShellOutcome made = site.discover("--tags " + site.path("tags.csv"));
   INFO(made.text);
   CHECK(made.exit_code == 0);
-  CHECK(holds(made.text, "A-F1: another loop has this tag"));
+  CHECK(holds(made.text,
+              "A-F1: another loop has this tag. Separate them with a rule with `loop` "
+              "(--rules)"));
   CHECK(holds(made.text, "has no tag of 1 to 32 letters. Set one"));
   CHECK(site.files() == 2);
   CHECK(fs::exists(site.folder / "loops.d/F2.yaml.incomplete"));
@@ -225,6 +230,9 @@ TEST_CASE("tags of an OPC UA server are listed by loopwarden-opcua", "[discover]
       site.discover_by("echo 'certificate 12:34:AB is not trusted' >&2; exit 78\n");
   CHECK(untrusted.exit_code == 78);
   CHECK(holds(untrusted.text, "certificate 12:34:AB is not trusted"));
+  CHECK(holds(untrusted.text,
+              "has listed no tags of opc.tcp://h:4840 (exit code 78). Correct the "
+              "cause above, or give a list of the tags with --tags"));
   // The temporary list was removed.
   for (const auto& entry : fs::directory_iterator(site.folder.path()))
     CHECK_FALSE(holds(entry.path().filename(), "loopwarden-X"));
@@ -233,7 +241,7 @@ TEST_CASE("tags of an OPC UA server are listed by loopwarden-opcua", "[discover]
       run("PATH=/nonexistent " LOOPWARDEN_CLI " discover --opcua opc.tcp://h --out " +
           site.path("new") + " 2>&1");
   CHECK(missing.exit_code == 74);
-  CHECK(holds(missing.text, "loopwarden-opcua: No such file or directory; install the package"));
+  CHECK(holds(missing.text, "loopwarden-opcua: No such file or directory. Install the package"));
   CHECK_FALSE(fs::exists(site.folder / "new"));
 }
 

@@ -126,6 +126,24 @@ TEST_CASE("a loop with an unknown output is not shown as running", "[workbench][
   CHECK(line.find("ok") == std::string::npos);
 }
 
+TEST_CASE("a watched loop without values has no fallback", "[workbench][top]") {
+  protocol::LoopStatus watched = loop("FIC-205");
+  watched.control = "elsewhere";
+  watched.cycle = {.time_s = 3600.0,
+                   .mode = "FALLBACK",
+                   .fault = "bad PV",
+                   .pv_quality = "bad",
+                   .pv_reason = "link lost",
+                   .pv_age_ms = 65'400.0};
+  const auto line = [&] { return loop_table({watched}, 0).at(1); };
+  CHECK(line().find("no valid PV for 0:01:05 (link lost)") != std::string::npos);
+  CHECK(line().find("FALLBACK") == std::string::npos);
+  watched.cycle->pv_age_ms = 1e9;  // of no value since the start
+  CHECK(line().find("no valid PV yet (link lost)") != std::string::npos);
+  watched.cycle->pv_quality = "good";  // in a mode that its file does not name
+  CHECK(line().find("OTHER") != std::string::npos);
+}
+
 TEST_CASE("the writes to the disk are shown with their budget once they are known") {
   protocol::DaemonStatus daemon;
   CHECK(writes_line(daemon).empty());

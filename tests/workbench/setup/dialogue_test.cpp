@@ -183,7 +183,7 @@ TEST_CASE("back stops at the first question and at a written file", "[setup]") {
   }
   s.person.lines = {"back", "8"};
   CHECK(s.dialogue.ask("ti") == "8");
-  CHECK(s.person.told("no question before"));
+  CHECK(s.person.told("no earlier question"));
 }
 
 TEST_CASE("a repeated step offers the old answers", "[setup]") {

@@ -7,6 +7,7 @@
 #include "config/config_reader.hpp"
 #include "tests/support/loop_file.hpp"
 #include "tests/workbench/setup/scripted_setup.hpp"
+#include "workbench/live/daemon_client.hpp"
 #include "workbench/live/test_bench.hpp"
 #include "workbench/setup/loop_text.hpp"
 #include "workbench/setup/planned_files.hpp"
@@ -128,6 +129,23 @@ TEST_CASE("a watched loop has no output, and an existing link is used", "[setup]
   CHECK(io.set_point.value().point.reg.scale == Approx(0.0025));
   CHECK(io.mode_values.automatic == std::vector<double>{1.0, 3.0});
   CHECK(tests::read_file(s.folder / "loopwardend.yaml") == daemon);
+}
+
+TEST_CASE("printed commands have the folder and the socket of the setup", "[setup]") {
+  ScriptedSetup s;
+  s.all.folder = "my config";
+  s.all.socket = "/tmp/run/control.sock";
+  CHECK(s.all.command("record") ==
+        "`loopwarden setup FIC-101 --config 'my config' --socket /tmp/run/control.sock --again "
+        "record`");
+  CHECK(s.all.remedies().reload == "Run `loopwarden reload --socket /tmp/run/control.sock`.");
+  CHECK_THAT(s.all.remedies().restart, Catch::Contains("(`loopwardend --config 'my config'`)"));
+  CHECK_THROWS(start_loop(s.all));  // the person ends the input
+  CHECK(s.person.told("Start the daemon (`loopwardend --config 'my config'`)."));
+  s.all.folder = kDefaultFolder;
+  s.all.socket = DaemonClient::kDefaultSocket;
+  CHECK(s.all.command() == "`loopwarden setup FIC-101`");
+  CHECK(s.all.remedies().restart == protocol::Remedies{}.restart);
 }
 
 TEST_CASE("files that the reader refuses are not written", "[setup]") {

@@ -74,14 +74,51 @@ TEST_CASE("a receipt says whether the valve was repaired", "[receipt][program]")
   std::size_t end = 0;
   for (int line = 0; line < 1200; ++line) end = text.find('\n', end) + 1;
   write_file(folder / "short.csv", text.substr(0, end));
-  CHECK_THAT(receipt(folder, "--before before.csv --after short.csv").text,
-             Contains("can't tell. A record is shorter than half an hour"));
+  CHECK_THAT(
+      receipt(folder, "--before before.csv --after short.csv").text,
+      Contains("can't tell. The record after the work has 20 min, and 30 min are needed: wait, or "
+               "export a longer record."));
+  // A sample per minute is too few.
+  std::string sparse = text.substr(0, text.find('\n') + 1);
+  std::size_t at = sparse.size();
+  for (int line = 0; at < text.size(); ++line) {
+    const std::size_t next = text.find('\n', at) + 1;
+    if (line % 60 == 0) sparse += text.substr(at, next - at);
+    at = next;
+  }
+  write_file(folder / "sparse.csv", sparse);
+  CHECK_THAT(receipt(folder, "--before before.csv --after sparse.csv").text,
+             Contains("The record after the work has 91 samples of PV and CO in a row in "
+                      "automatic, and 100 are needed: export a longer record"));
   // Without a fault before, there is nothing to repair.
   CHECK_THAT(receipt(folder, "--before good.csv --after good.csv").text,
              Contains("can't tell. The record before the work shows no valve effect"));
   CHECK(receipt(folder, "--before before.csv").exit_code == 64);
   CHECK(receipt(folder, "").exit_code == 64);
   CHECK(receipt(folder, "--before before.csv --after none.csv").exit_code == 74);
+}
+
+TEST_CASE("a receipt doubts records of another loop or unit", "[receipt][program]") {
+  const TemporaryFolder folder;
+  const auto record = [&](const char* name, double factor) {
+    std::string text = "time,pv,co\n";
+    for (int k = 0; k < 3600; ++k) {
+      text += std::to_string(k) + "," + std::to_string(factor * (10 + k / 9 % 3)) + "," +
+              std::to_string(50 + k / 7 % 5) + "\n";
+    }
+    write_file(folder / name, text);
+  };
+  record("before.csv", 1.0);
+  record("litres.csv", 16.7);
+  const std::string doubt =
+      "Warning: PV is 10 to 12 before and 167 to 200 after. Are both "
+      "records of the same loop, in the same units?";
+  CHECK_THAT(receipt(folder, "--before before.csv --after litres.csv --out r.html").text,
+             Contains(doubt));
+  CHECK_THAT(read_file(folder / "r.html"), Contains(doubt));
+  const ShellOutcome same = receipt(folder, "--before before.csv --after before.csv");
+  CHECK(same.exit_code == 0);
+  CHECK_THAT(same.text, !Contains("Warning"));
 }
 
 TEST_CASE("another disturbance after the work forbids a saving", "[receipt][program]") {

@@ -271,6 +271,12 @@ TEST_CASE("costs of a site replace the defaults, and errors are strict", "[surve
   CHECK_THAT(error_of("loss: {flw: [1, 2]}\n"),
              Contains("c.yaml:1:") && Contains("did you mean 'flow'?"));
   CHECK_THAT(error_of("loss: {flow: [2, 1]}\n"), Contains("loss.flow"));
+  const TemporaryFolder folder;
+  write_file(folder / "c.yaml", "per_hour: 20\n");
+  CHECK_THROWS_WITH(read_costs_file(folder / "c.yaml"),
+                    Contains("c.yaml: can't be used. Its keys: currency, hours_per_year, "
+                             "loss, loss.flow, ") &&
+                        Contains("valve.overhaul"));
   CHECK_THAT(error_of("loss: {flow: 5}\n"), Contains("loss.flow"));
   CHECK_THAT(error_of("work: {repair: {removes: [0, 2]}}\n"), Contains("removes"));
   CHECK_THAT(error_of("hours_per_year: 9000\n"), Contains("hours_per_year"));

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Sorts and filters the loops. Pure: works on the daemon's columns.
-import {ALARM_STATES, FAULTS, MODES, NE107, named, quality, shown, waits} from './codes.js';
+import {ALARM_STATES, FAULTS, NE107, named, quality, shown, waits} from './codes.js';
+import {modeOf} from './state.js';
 
 const STATE_RANK = {unacknowledged: 90, latched_unacknowledged: 80, acknowledged: 60, returned_unacknowledged: 50,
   latched_acknowledged: 30, other: 60, shelved: 8};
@@ -11,20 +12,20 @@ const CALM_FAULTS = new Set(['none', 'starting', 'not_known']);
 export const faulty = (o, i) => !CALM_FAULTS.has(named(FAULTS, o.fault[i])) || Boolean(o.stands?.[i]);
 const unknown = (o, i) => typeof o.fault[i] !== 'number';
 export const alarmed = (o, i) => shown(named(ALARM_STATES, o.alarm[i])) && ALARM_STATES[o.alarm[i]] !== 'shelved';
-export const notAutomatic = (o, i) => o.mode[i] !== null && MODES[o.mode[i]] !== 'automatic';
+export const notAutomatic = (o, i, loop) => !['automatic', null].includes(modeOf(o, i, loop));
 export const badQuality = (o, i) => o.quality[i] !== null && quality(o.quality[i]) !== 'good';
 export const poor = (o, i) => o.condition[i] !== null && o.condition[i] < 50;
-export const abnormal = (o, i) =>
-  unknown(o, i) || faulty(o, i) || alarmed(o, i) || notAutomatic(o, i) || badQuality(o, i) || poor(o, i);
+export const abnormal = (o, i, loop) =>
+  unknown(o, i) || faulty(o, i) || alarmed(o, i) || notAutomatic(o, i, loop) || badQuality(o, i) || poor(o, i);
 
 // A greater rank is shown earlier. `grave`: an active alarm waits and needs action now. Condition counts in steps of ten, so that loops
 // don't swap places with every window.
-export function urgency(o, i, grave = false) {
+export function urgency(o, i, grave = false, loop = undefined) {
   const state = named(ALARM_STATES, o.alarm[i]);
   let rank = Math.max(STATE_RANK[state] ?? 0, NE107_RANK[named(NE107, o.ne107[i])], faulty(o, i) ? 70 : 0);
   if (waits(state)) rank += (grave ? 20 : 0) + Math.min(o.alarms_unacknowledged?.[i] ?? 0, 6);
   if (badQuality(o, i)) rank += 5;
-  if (notAutomatic(o, i)) rank += 3;
+  if (notAutomatic(o, i, loop)) rank += 3;
   const condition = o.condition[i];
   const steps = typeof condition === 'number' ? 10 - Math.floor(Math.min(Math.max(condition, 0), 99.9) / 10) : 0;
   return rank * 100 + steps;
@@ -70,11 +71,11 @@ export function arranged(loops, o, {filter = 'all', search = '', sort = 'urgency
   const keep = FILTERS[filter] ?? FILTERS.all;
   const places = [];
   for (let i = 0; i < loops.length; ++i) {
-    if (matches(loops[i], words) && keep(o, i)) places.push(i);
+    if (matches(loops[i], words) && keep(o, i, loops[i])) places.push(i);
   }
   const turn = descending ? -1 : 1, rank = tagRanks(loops);
   if (sort === 'tag') return places.sort((a, b) => turn * (rank[a] - rank[b]));
-  const keys = new Map(places.map((i) => [i, KEYS[sort]?.(o, i, grave.has(loops[i].tag)) ?? null]));
+  const keys = new Map(places.map((i) => [i, KEYS[sort]?.(o, i, grave.has(loops[i].tag), loops[i]) ?? null]));
   return places.sort((a, b) => {
     const x = keys.get(a), y = keys.get(b);
     if (x === null || y === null) return (x === null) - (y === null) || rank[a] - rank[b];
@@ -86,7 +87,7 @@ export function counts(loops, o) {
   const result = {};
   for (const [name, keep] of Object.entries(FILTERS)) {
     result[name] = 0;
-    for (let i = 0; i < loops.length; ++i) result[name] += keep(o, i) ? 1 : 0;
+    for (let i = 0; i < loops.length; ++i) result[name] += keep(o, i, loops[i]) ? 1 : 0;
   }
   return result;
 }

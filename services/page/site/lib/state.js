@@ -53,8 +53,12 @@ export function stateOf(o, i, about = {}) {
   return [fill(texts.stale.stands, {state: words}), 'bad', look.startsWith('high') ? look : 'low'];
 }
 
-// The mode of another controller is unknown while no data arrive from it.
-export const modeOf = (o, i, loop) => ((loop.control === 'elsewhere' && quality(o.quality[i]) === 'bad') || stands(o, i) ? null : MODES[o.mode[i]] ?? null);
+// The mode of another controller is unknown while no data arrive from it. It has no fallback: then its mode is neither automatic nor manual.
+export function modeOf(o, i, loop) {
+  const watched = loop?.control === 'elsewhere', mode = MODES[o.mode[i]] ?? null;
+  if (stands(o, i) || (watched && quality(o.quality[i]) === 'bad')) return null;
+  return watched && mode === 'fallback' ? 'other' : mode;
+}
 
 // NE 107: [letter, meaning].
 export const ne107Of = (o, i, stale) => (stale || stands(o, i) ? null : texts.ne107[NE107[o.ne107[i]]]) ?? ['–', texts.notKnown];

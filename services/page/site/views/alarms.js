@@ -13,7 +13,7 @@ import {wall} from '../lib/shell.js';
 import {acknowledgeIncident, acknowledgeLines, act, operator} from './acting.js';
 import {changeOf, whatOf} from './journal.js';
 import {alarmFigures} from './alarm_figures.js';
-import {explanationPart} from './loop_parts.js';
+import {alarmSize, explanationPart, replacing} from './loop_parts.js';
 import {receiptOfLoop} from './loop_reports.js';
 import {reportOf} from './reports.js';
 import {askNote, fetchNotes, mayNote, showNotes} from '../lib/trend_notes.js';
@@ -164,9 +164,12 @@ class AlarmList {
   }
 }
 
-// Meaning and action of an alarm, as the daemon reports them.
-const guideOf = (e) => el('dl', {class: 'guide'}, [['action', t.action], ['time_to_act', texts.design.within], ['cause', t.cause], ['consequence', t.consequence]].filter(([key]) => e[key])
-  .map(([key, head]) => el('div', {class: key}, el('dt', {}, head), el('dd', {}, e[key]))));
+// Meaning and action of an alarm, as the daemon reports them, with the action of the explanation if that replaces it.
+function guideOf(guide, explanation) {
+  const e = {...guide, action: replacing(explanation)?.remedy || guide.action};
+  return el('dl', {class: 'guide'}, [['action', t.action], ['time_to_act', texts.design.within], ['cause', t.cause], ['consequence', t.consequence]].filter(([key]) => e[key])
+    .map(([key, head]) => el('div', {class: key}, el('dt', {}, head), el('dd', {}, e[key]))));
+}
 
 const mayAct = () => live.session.can?.alarms;
 const whyNot = () => el('p', {class: 'soft small'}, live.session.login && !operator() ? t.needsOperator : t.noActing);
@@ -239,24 +242,24 @@ class IncidentDetail {
       const key = JSON.stringify([incident, line?.alarms, ours, report?.id, live.session.can]);
       if (key === this.key) return;
       this.key = key;
-      this.#fill(incident, line, ours, report);
-      this.guide.replaceChildren(guide && line ? guideOf(guide) : '');
+      this.#fill(incident, line, ours, report, Boolean(guide));
+      this.guide.replaceChildren(guide && line ? guideOf(guide, ours) : '');
     } catch (error) {
       if (error.name !== 'AbortError') this.about.replaceChildren(el('p', {class: 'trouble', role: 'alert'}, fill(texts.failed, {why: error.message})));
     }
   }
 
-  #fill(incident, line, explanation, report) {
+  #fill(incident, line, explanation, report, guided) {
     if (!incident || !line) { this.about.replaceChildren(el('p', {class: 'nothing'}, live.alarmsKnown ? t.gone : texts.loading)); this.why.replaceChildren(); this.alarms.replaceChildren(); return; }
     const name = nameOf(incident.name), time = (s) => wall().dateTime(1000 * s);
     this.head.textContent = `${name} – ${incident.loop}`;
     const button = el('button', {type: 'button', class: 'main', click: () => acknowledgeIncident(incident, name)}, t.acknowledge);
     this.about.replaceChildren(el('div', {class: 'about-alarm'}, stateCell(line.state, line.grave(live.severe_percent)), !mayAct() ? whyNot() : incident.unacknowledged ? el('div', {class: 'hands'}, button) : ''), facts([
       [t.where, texts.causes[incident.cause]], typeof incident.confidence === 'number' ? [texts.explain.confidence, percent(100 * incident.confidence)] : null,
-      line.size !== null ? [t.size, sizeText(line.size)] : null, [texts.explain.since, time(incident.from_s)], [t.raised, time(incident.raised_s)], [t.incident, incident.id],
+      line.size !== null ? [t.size, alarmSize(line.size, null, explanation)] : null, [texts.explain.since, time(incident.from_s)], [t.raised, time(incident.raised_s)], [t.incident, incident.id],
       incident.renamed.length ? [t.named, el('ul', {}, incident.renamed.map((one) => el('li', {}, fill(t.renamed, {from: nameOf(one.from), to: nameOf(one.to), time: time(one.time_s)}))))] : null]),
     el('p', {}, el('a', {href: `#/loop/${encodeURIComponent(incident.loop)}`}, t.open)));
-    this.why.replaceChildren(el('h3', {}, t.explanation), explanation ? explanationPart(explanation, report?.id ?? null) : el('p', {class: 'soft'}, notExplained(describedLoop(incident.loop))));
+    this.why.replaceChildren(el('h3', {}, t.explanation), explanation ? explanationPart(explanation, report?.id ?? null, {size: line.size !== null, action: guided}) : el('p', {class: 'soft'}, notExplained(describedLoop(incident.loop))));
     this.alarms.replaceChildren(el('h3', {}, t.incidentAlarms), el('ul', {class: 'its-alarms'}, line.alarms.map((alarm) => el('li', {},
       el('a', {href: hrefOf(alarm.loop, alarm.alarm)}, nameOf(alarm.alarm)), `, ${texts.alarmStates[alarm.state]}, ${wall().dateTime(alarm.raised_ms)}`))));
   }
@@ -296,13 +299,13 @@ class Detail {
   #fill(e, report) {
     const {alarm} = e, loop = describedLoop(alarm.loop);
     this.about.replaceChildren(el('div', {class: 'about-alarm'}, stateCell(alarm.state, priority(alarm, live.severe_percent)), hands(alarm)), facts([
-      ofValve(alarm.alarm) ? [t.size, `${sizeText(alarm.severity_percent)}${typeof alarm.worst_severity_percent === 'number' ? `, ${fill(t.worst, {size: percent(alarm.worst_severity_percent, 1)})}` : ''}`] : null,
+      ofValve(alarm.alarm) ? [t.size, alarmSize(alarm.severity_percent, alarm.worst_severity_percent, e.explanation)] : null,
       alarm.priority ? [texts.design.priority, texts.design.priorities[alarm.priority] ?? alarm.priority] : null, [t.raised, wall().dateTime(alarm.raised_ms)], [t.changed, wall().dateTime(alarm.changed_ms)], [t.times, count(alarm.times_raised)], flapsText(alarm) ? [t.flaps, flapsText(alarm)] : null,
       alarm.shelved_until_ms ? [texts.alarmStates.shelved, fill(t.until, {time: wall().dateTime(alarm.shelved_until_ms)})] : null]),
     alarm.consequence ? el('p', {}, fill(t.consequenceOf, {alarm: nameOf(alarm.consequence_of)})) : '', loop || ofBox(alarm) ? el('p', {}, el('a', {href: ownerHref(alarm.loop)}, loop ? t.open : t.openBox)) : '');
-    this.guide.replaceChildren(alarm.about ? el('p', {class: 'sentence'}, alarm.about) : '', guideOf(e));
+    this.guide.replaceChildren(alarm.about ? el('p', {class: 'sentence'}, alarm.about) : '', guideOf(e, e.explanation));
     const id = e.evidence?.id ?? null;
-    if (ofValve(alarm.alarm)) this.why.replaceChildren(el('h3', {}, t.explanation), e.explanation ? explanationPart(e.explanation, report?.id ?? null) : el('p', {class: 'soft'}, notExplained(loop)));
+    if (ofValve(alarm.alarm)) this.why.replaceChildren(el('h3', {}, t.explanation), e.explanation ? explanationPart(e.explanation, report?.id ?? null, {size: true, action: true}) : el('p', {class: 'soft'}, notExplained(loop)));
     const lines = e.history ?? [];
     this.history.replaceChildren(...(lines.length ? [el('h3', {}, t.history), scroller(t.history, table(t.historyCaption, HISTORY, lines.map((line) => [wall().dateTime(line.utc_ms),
       whatOf(line) || changeOf(line), line.peer || texts.journal.daemon, line.reason]), {captionHidden: true, class: 'lines as-cards history'}))] : []));

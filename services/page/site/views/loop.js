@@ -79,7 +79,7 @@ class Faceplate {
     this.co.set(o.co[i], o.stem[i]);
     setText(this.mode, mode ? texts.modes[mode] : texts.notKnown);
     setAttribute(this.mode, 'class', mode && mode !== 'automatic' ? 'mode big odd' : 'mode big');
-    setText(this.asked, asked && mode && asked !== mode ? fill(t.requested, {mode: texts.modes[asked]}) : '');
+    setText(this.asked, asked && mode && asked !== mode && this.loop.control !== 'elsewhere' ? fill(t.requested, {mode: texts.modes[asked]}) : '');
     setText(this.stem, quantity(o.stem[i], this.loop.co_range, this.loop.co_unit));
     if (this.outputHand) {
       this.outputHand.disabled = mode === 'automatic';

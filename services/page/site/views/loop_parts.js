@@ -132,15 +132,27 @@ export function calmPart(loop, begin) {
     state === 'offered' && begin ? el('div', {class: 'hands'}, el('button', {type: 'button', class: 'main', click: begin}, texts.alarm.calm)) : null);
 }
 
-// `report`: its id among the reports, or null.
-export function explanationPart(e, report) {
-  const t = texts.explain, size = fill(t.sizeWithin, {size: percent(e.size_percent, 1), low: fixed(e.low_percent, 1), high: percent(e.high_percent, 1)});
+// Returns the explanation if its size and action replace those of the alarm: it agrees with the alarm or has renamed it.
+export const replacing = (e) => (e && (e.agrees || e.final_name) ? e : null);
+
+const explainedSize = (e) => fill(texts.explain.sizeWithin, {size: percent(e.size_percent, 1), low: fixed(e.low_percent, 1), high: percent(e.high_percent, 1)});
+
+// The one size of an alarm, with its source if it is that of the explanation.
+export function alarmSize(size, worst, explanation) {
+  const t = texts.alarm, estimate = typeof size === 'number' ? percent(size, 1) : texts.notKnown, e = replacing(explanation);
+  if (e && known(e.size_percent)) return fill(t.sizeExplained, {size: explainedSize(e), estimate});
+  return typeof worst === 'number' ? `${estimate}, ${fill(t.worst, {size: percent(worst, 1)})}` : estimate;
+}
+
+// `report`: its id among the reports, or null. `shown`: what the alarm next to it shows already.
+export function explanationPart(e, report, shown = {size: false, action: false}) {
+  const t = texts.explain;
   const name = (kind) => texts.alarms[kind] ?? kind;
   return el('div', {class: 'explanation'}, el('p', {class: 'sentence'}, e.sentence),
     facts([
-      e.remedy ? [t.remedy, el('strong', {}, e.remedy)] : null,
+      e.remedy && !shown.action ? [t.remedy, el('strong', {}, e.remedy)] : null,
       e.next_test ? [t.nextTest, e.next_test] : null,
-      e.effect ? [t.effect, e.effect.replaceAll('_', ' ')] : null, known(e.size_percent) ? [t.size, size] : null,
+      e.effect ? [t.effect, e.effect.replaceAll('_', ' ')] : null, known(e.size_percent) && !(shown.size && replacing(e)) ? [t.size, explainedSize(e)] : null,
       [t.agrees, e.agrees ? texts.yes : texts.no], e.final_name ? [t.finalName, name(e.final_name)] : null,
       known(e.confidence) ? [t.confidence, percent(100 * e.confidence)] : null, known(e.gap_closed) ? [t.closed, percent(100 * e.gap_closed)] : null,
       known(e.since_s) ? [t.since, fill(t.before, {long: duration(e.since_s)})] : null,

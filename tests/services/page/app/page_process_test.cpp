@@ -326,6 +326,23 @@ TEST_CASE("an invalid page.yaml gives exit code 78", "[process]") {
   CHECK_THAT(run(kPage + " usr 2>&1").text, Contains("did you mean 'user'?"));
 }
 
+TEST_CASE("without permission for status.sock, the page names the group", "[process]") {
+  const TemporaryFolder folder;
+  const std::filesystem::path closed = folder / "closed";
+  std::filesystem::create_directory(closed);
+  std::filesystem::permissions(closed, std::filesystem::perms::none);
+  std::filesystem::permissions(folder.path(), std::filesystem::perms(0755));
+  // Root may always connect.
+  const std::string as_user =
+      ::geteuid() == 0 ? "setpriv --reuid=65534 --regid=65534 --clear-groups " : "";
+  const std::string text = run("timeout 2 " + as_user + kPage + " --runtime " + closed.string() +
+                               " --port " + std::to_string(free_port()) + " 2>&1")
+                               .text;
+  CHECK_THAT(text, Contains("no permission to use " + (closed / "status.sock").string()));
+  CHECK_THAT(text, Contains("`sudo adduser ") && Contains(" loopwarden-status`"));
+  std::filesystem::permissions(closed, std::filesystem::perms(0700));
+}
+
 TEST_CASE("the page of a fleet needs the module of loopwarden-fleet", "[process]") {
   const TemporaryFolder folder;
   write_file(folder / "page.yaml",

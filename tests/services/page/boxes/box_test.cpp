@@ -113,8 +113,9 @@ TEST_CASE("a daemon that is stopped, and whose queue is full, blocks no client")
 
 TEST_CASE("the daemon's refusals differ from its absence") {
   const TemporaryFolder folder;
-  const FakeDaemon daemon(folder / "s", [](const json&) -> json {
-    return {{"ok", false}, {"error", "no loop 'x'"}};
+  const bool later = GENERATE(false, true);
+  const FakeDaemon daemon(folder / "s", [later](const json&) -> json {
+    return {{"ok", false}, {"error", "no loop 'x'"}, {"try_again", later}};
   });
   protocol::DaemonClient client((folder / "s").string(), std::chrono::milliseconds(30'000));
   try {
@@ -122,6 +123,7 @@ TEST_CASE("the daemon's refusals differ from its absence") {
     FAIL("not refused");
   } catch (const protocol::DaemonError& e) {
     CHECK(e.refused());
+    CHECK((e.kind() == protocol::DaemonError::Kind::not_yet) == later);
     CHECK(e.what() == std::string("no loop 'x'"));
   }
 }

@@ -3,7 +3,7 @@ import assert from 'node:assert/strict';
 import test from 'node:test';
 import './document.mjs';
 
-const {alarmNow, alarmTable, commissioningText, healthTable, judgesOf, measureTable} = await import('../../../../services/page/site/views/loop_parts.js');
+const {alarmNow, alarmSize, alarmTable, commissioningText, healthTable, judgesOf, measureTable} = await import('../../../../services/page/site/views/loop_parts.js');
 
 const wordsOf = (node) => (typeof node === 'object' ? node.children.map(wordsOf).join('') || node.textContent || '' : String(node)).replaceAll('\u00a0', ' ');
 const all = (node, name) => (typeof node === 'object' ? [...(node.name === name ? [node] : []), ...node.children.flatMap((child) => all(child, name))] : []);
@@ -67,4 +67,11 @@ test('a PV that is older than the daemon was never received', () => {
   assert.equal(pvAge(45_000), '45 s');
   assert.equal(pvAge(1_200_000), 'never received');
   assert.equal(pvAge(null), '–');
+});
+
+test('an alarm has one size: an explanation that agrees replaces the estimate of the detector', () => {
+  const plain = (text) => text.replaceAll('\u00a0', ' '), e = {agrees: true, final_name: null, size_percent: 9.9, low_percent: 8.1, high_percent: 11.4};
+  assert.equal(plain(alarmSize(6.4, 7, null)), '6.4 %, worst 7.0 %');
+  assert.equal(plain(alarmSize(6.4, 7, e)), '9.9 % (8.1 to 11.4 %) of the CO span, by the explanation. It replaces the estimate of the detector, 6.4 %.');
+  assert.equal(plain(alarmSize(6.4, 7, {...e, agrees: false})), '6.4 %, worst 7.0 %');
 });

@@ -45,6 +45,12 @@ test('filters count their loops', () => {
   assert.deepEqual(counts(all, o), {all: 5, abnormal: 4, alarm: 1, fault: 1, manual: 1, condition: 1});
 });
 
+test('a watched loop without values is a fault, and not in another mode', () => {
+  const all = loops('A', 'B').map((loop) => ({...loop, control: 'elsewhere'}));
+  const o = overview(2, {1: {fault: 2, quality: 0, mode: 2}});
+  assert.deepEqual(counts(all, o), {all: 2, abnormal: 1, alarm: 0, fault: 1, manual: 0, condition: 0});
+});
+
 test('a suppressed alarm and a start are normal, and a shelved alarm waits on the shelf', () => {
   const all = loops('A', 'B', 'C');
   const o = overview(3, {0: {alarm: 7}, 1: {fault: 1}, 2: {alarm: 6}});

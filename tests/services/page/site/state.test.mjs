@@ -85,6 +85,8 @@ test('the mode of a watched loop is unknown while no data arrive from its contro
   assert.equal(modeOf(overview({quality: 0}), 0, {control: 'elsewhere'}), null);
   assert.equal(modeOf(overview(), 0, {control: 'elsewhere'}), 'automatic');
   assert.equal(modeOf(overview({quality: 0}), 0, {control: 'here'}), 'automatic');
+  assert.equal(modeOf(overview({mode: 2}), 0, {control: 'elsewhere'}), 'other');
+  assert.equal(modeOf(overview({mode: 2}), 0, {control: 'here'}), 'fallback');
 });
 
 test('every fault and mode has a complete text', () => {
