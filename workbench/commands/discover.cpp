@@ -180,9 +180,10 @@ class LoopFiles {
 // Returns the action after the files are written, as the end of a sentence.
 std::string next_step(const DiscoverCommand& options, const LoopFiles& loops,
                       const discover::FoundLoops& found) {
-  if (found.loops.empty())
+  if (found.loops.empty()) {
     return ". No tags are PV and CO of one loop: name them with --rules "
            "(docs/reference/import-formats.md)";
+  }
   if (loops.written() == 0) return "";
   std::string text = ". Check the guessed keys, ";
   if (loops.any_incomplete())
@@ -258,10 +259,11 @@ int run_discover(const DiscoverCommand& given) {
   const discover::FoundLoops found = discover::find_loops(tags.tags, rules);
   const std::string nodes = discover::node_list(
       found.loops, sparkplug ? discover::NodeForm::sparkplug : discover::NodeForm::opcua);
-  if (!options.nodes.empty() && nodes.empty())
+  if (!options.nodes.empty() && nodes.empty()) {
     fail(kExitData,
          "{}: no loop's tag has a node. Add a column node to the list, or leave out --nodes",
          source);
+  }
   files.make_folder(options.out);
   LoopFiles loops(options, files, source);
   for (const discover::FoundLoop& loop : found.loops) loops.add(loop);

@@ -106,9 +106,10 @@ Side judged_side(std::vector<record::Imported>& records, const ReceiptInput& inp
     side.longest = &imported;
     side.complete = complete_piece(automatic);
   }
-  if (side.longest == nullptr)
+  if (side.longest == nullptr) {
     throw CommandError(kExitData,
                        fmt::format("no record {} the work has PV and CO. Export both", when));
+  }
   const record::Record& r = side.longest->record;
   numeric::LoopView view = r.view();
   view.co_low = input.co_range[0];
@@ -158,9 +159,10 @@ std::vector<std::string> doubts_of(const record::Imported& before, const record:
                          const std::vector<double>& is) {
     const Spread a = spread_of(was);
     const Spread b = spread_of(is);
-    if (differ_widely(a, b))
+    if (differ_widely(a, b)) {
       doubts.push_back(fmt::format("{} is {:.3g} to {:.3g} before and {:.3g} to {:.3g} after", what,
                                    a.low, a.high, b.low, b.high));
+    }
   };
   const auto unit = [](const record::Imported& one, record::Role role) -> const std::string& {
     return one.notes.units[index_of(role)];
@@ -294,19 +296,22 @@ struct Result {
 std::string lack_of(const Side& side, const diagnosis::Diagnosis& like, const char* when) {
   constexpr double kLeastMinutes = 30.0;
   constexpr std::size_t kLeastSamples = diagnosis::DiagnosisLimits::kLeastSamples;
-  if (60.0 * side.hours < kLeastMinutes)
+  if (60.0 * side.hours < kLeastMinutes) {
     return fmt::format(
         "the record {} the work has {:.0f} min, and {:.0f} min are needed: wait, or export a "
         "longer record",
         when, 60.0 * side.hours, kLeastMinutes);
-  if (side.complete.pv.size() < kLeastSamples)
+  }
+  if (side.complete.pv.size() < kLeastSamples) {
     return fmt::format(
         "the record {} the work has {} samples of PV and CO in a row in automatic, and {} are "
         "needed: export a longer record in automatic, or more samples per hour",
         when, side.complete.pv.size(), kLeastSamples);
-  if (like.verdict == diagnosis::DiagnosisVerdict::not_enough_data)
+  }
+  if (like.verdict == diagnosis::DiagnosisVerdict::not_enough_data) {
     return fmt::format("the record {} the work can't be judged, because {}: export {}", when,
                        like.reason, like.settle);
+  }
   return {};
 }
 
