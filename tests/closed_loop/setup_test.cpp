@@ -315,7 +315,7 @@ TEST_CASE("the valve doesn't move with a file that is not in force", "[setup]") 
   }
   const std::string told = file == "action"    ? "controller.action reverse in force, direct"
                            : file == "comment" ? "different text"
-                           : file == "link"    ? "Stop the daemon and start it again"
+                           : file == "link"    ? "is not in force: links.field"
                                                : "the daemon refuses its files";
   const auto refused = [&](setup::Step step) {
     plant.s.person.lines = {"FIC-101", "2 8", "0 10", "1", "5", "0.4", "2 8", "1 9"};
