@@ -225,7 +225,7 @@ def killed_and_back(box, browser):
     took = browser.until(lambda: browser.run("document.body.classList.contains('stale') && !document.querySelector('.banner').hidden"),
                          "a dead daemon's values look fresh")
     print(f"stale {took:.2f} s after the daemon was killed" if took is not None else "never stale")
-    browser.check("No values since" in browser.text(".banner"), f"the banner says {browser.text('.banner')}")
+    browser.check("No values from loopwardend since" in browser.text(".banner"), f"the banner says {browser.text('.banner')}")
     struck = browser.run("getComputedStyle(document.querySelector('.tile .value')).textDecorationLine")
     browser.check("line-through" in struck, "old values look as new ones")
     box.start_daemon()
