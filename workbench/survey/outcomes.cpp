@@ -198,7 +198,8 @@ FitterAnswer answer_for(const json& loop, AtValve found, const std::string& note
   o.note = note;
   // A row must be one line.
   std::replace_if(
-      o.note.begin(), o.note.end(), [](char c) { return c >= '\0' && c < ' '; }, ' ');
+      o.note.begin(), o.note.end(), [](char c) { return static_cast<unsigned char>(c) < ' '; },
+      ' ');
   o.verdict = text_at(loop, "verdict");
   o.grade = text_at(loop, "grade");
   o.probability = number_at(loop, "probability");
