@@ -14,9 +14,6 @@ std::string lock_memory() {
   // Freed memory stays with the process, so that a later use causes no page fault.
   mallopt(M_TRIM_THRESHOLD, -1);
   mallopt(M_MMAP_MAX, 0);
-  // One arena only: an arena per thread would be locked as well, with some 64 MB of address space
-  // each.
-  mallopt(M_ARENA_MAX, 1);
   // Loads all present pages, including code, into memory: a disk that hangs then can't stop a
   // thread. Later memory, such as the threads' stacks, has no file on a disk. It is locked when it
   // is first used.

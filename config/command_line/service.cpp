@@ -81,7 +81,8 @@ int run_service(CLI::App& app, std::vector<std::string> words, const std::functi
     return kExitUsage;
   }
   try {
-    // An arena for each thread would keep memory that one of them needed at its start.
+    // An arena for each thread would keep memory that the thread needed at its start only, and the
+    // daemon would lock it.
     ::mallopt(M_ARENA_MAX, 1);
     std::reverse(words.begin(), words.end());  // CLI11 expects the words in reverse order
     app.parse(words);

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 #include <string>
@@ -18,7 +19,7 @@ namespace {
 const std::string& checked(const std::string& socket_path) {
   std::string why = protocol::no_permission(socket_path);
   if (why.empty()) return socket_path;
-  if (!why.ends_with(" loopwarden-status`, then log in again.")) {
+  if (std::filesystem::path(socket_path).stem() != "status") {
     why +=
         " Members of the group loopwarden-status may read: `--socket "
         "/run/loopwardend/status.sock`.";
