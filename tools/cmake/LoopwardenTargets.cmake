@@ -30,14 +30,20 @@ set(LOOPWARDEN_VERSION_SUFFIX "" CACHE STRING "follows the version that the prog
 add_library(loopwarden_version INTERFACE)
 target_compile_definitions(loopwarden_version INTERFACE LOOPWARDEN_VERSION="${PROJECT_VERSION}${LOOPWARDEN_VERSION_SUFFIX}")
 
-# Parts that neither step loops nor answer many requests are compiled for a short build: programs that a user starts, and
-# services that wait most of their time. With LOOPWARDEN_SHORT_BUILD these are not optimised, and the others a little; with
-# tests, which spend minutes in the estimator, its folders have the flags of the package.
+# Parts that neither step loops nor answer many requests are compiled for size: programs that a user starts, and services
+# that wait most of their time. With LOOPWARDEN_SHORT_BUILD these are not optimised, and the others a little; with tests,
+# which spend minutes in the estimator, its folders have the flags of the package.
 # The build type of a Debian package is None.
 function(loopwarden_optimise target)
   file(RELATIVE_PATH folder ${CMAKE_SOURCE_DIR} ${CMAKE_CURRENT_SOURCE_DIR})
   if(folder MATCHES "^(config|workbench|services|lab)")
-    target_compile_options(${target} PRIVATE $<IF:$<BOOL:${LOOPWARDEN_SHORT_BUILD}>,-O0,$<$<NOT:$<CONFIG:Debug>>:-O1>>)
+    if(LOOPWARDEN_SHORT_BUILD)
+      target_compile_options(${target} PRIVATE -O0)
+    elseif(LOOPWARDEN_SANITIZE)
+      target_compile_options(${target} PRIVATE -O1)
+    else()
+      target_compile_options(${target} PRIVATE $<$<NOT:$<CONFIG:Debug>>:-Os>)
+    endif()
   elseif(LOOPWARDEN_SHORT_BUILD AND LOOPWARDEN_TESTS AND folder MATCHES "^model/(estimator|effects|plant)$")
     target_compile_options(${target} PRIVATE -O2)
   elseif(LOOPWARDEN_SHORT_BUILD)

@@ -36,9 +36,9 @@ record::LoopSignals signals_from(const std::string& map) {
   std::optional<Role> last;
   for (const std::string& part : split_at(map, ',')) {
     const std::size_t equals = part.find('=');
-    const auto role = equals == std::string::npos
-                          ? std::nullopt
-                          : record::role_from_text(base::trimmed(part.substr(0, equals)));
+    std::optional<Role> role;
+    if (equals != std::string::npos)
+      role = record::role_from_text(base::trimmed(part.substr(0, equals)));
     if (!role) {
       if (!last) {
         throw RecordInputError(
