@@ -114,7 +114,8 @@ TEST_CASE("an alarm that is still present after an outage is raised after the on
   const auto pass = [&](std::uint64_t seconds) {
     for (std::uint64_t k = 0; k < seconds; ++k) {
       ++cycle.period_index;
-      for (const alarm::ProcessChange& change : watch.add(cycle).view()) {
+      const alarm::ProcessChanges changes = watch.add(cycle);
+      for (const alarm::ProcessChange& change : changes.view()) {
         const supervision::ProcessNews news{change, "test"};
         bench.alarms.of(0).process_changed({&news, 1});
       }
