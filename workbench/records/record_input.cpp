@@ -37,8 +37,9 @@ record::LoopSignals signals_from(const std::string& map) {
   for (const std::string& part : split_at(map, ',')) {
     const std::size_t equals = part.find('=');
     std::optional<Role> role;
-    if (equals != std::string::npos)
+    if (equals != std::string::npos) {
       role = record::role_from_text(base::trimmed(part.substr(0, equals)));
+    }
     if (!role) {
       if (!last) {
         throw RecordInputError(
