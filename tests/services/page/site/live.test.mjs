@@ -123,21 +123,18 @@ test('a page of only a fleet, which has no stream, asks whether it is still logg
   assert.equal(live.session.must_login, true);
 });
 
-test('a loop whose cycle has stopped is marked, and one without a cycle is only unknown', async () => {
+test('a loop whose cycle has stopped is marked, and one without a cycle is only unknown', async t => {
   const live = await looking(), now = performance.now.bind(performance);
-  try {
-    performance.now = () => now() + 3000;
-    Stream.newest.say('overview', {period: [1, 31], pv: [1, 2]});
-    assert.deepEqual(live.overview.stands, [true, false]);
-    Stream.newest.say('overview', {period: [2, 32], pv: [1, 2]});
-    assert.deepEqual(live.overview.stands, [false, false]);
-    Stream.newest.say('overview', {period: [null, 32], pv: [null, 2]});
-    performance.now = () => now() + 9000;
-    Stream.newest.say('overview', {period: [null, 32], pv: [null, 2]});
-    assert.deepEqual(live.overview.stands, [false, true]);
-  } finally {
-    performance.now = now;
-  }
+  let ahead_ms = 3000;
+  t.mock.method(performance, 'now', () => now() + ahead_ms);
+  Stream.newest.say('overview', {period: [1, 31], pv: [1, 2]});
+  assert.deepEqual(live.overview.stands, [true, false]);
+  Stream.newest.say('overview', {period: [2, 32], pv: [1, 2]});
+  assert.deepEqual(live.overview.stands, [false, false]);
+  Stream.newest.say('overview', {period: [null, 32], pv: [null, 2]});
+  ahead_ms = 9000;
+  Stream.newest.say('overview', {period: [null, 32], pv: [null, 2]});
+  assert.deepEqual(live.overview.stands, [false, true]);
 });
 
 test('after a log-in in another tab all data return', async () => {
