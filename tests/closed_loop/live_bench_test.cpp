@@ -133,7 +133,8 @@ const std::string kAutomatic = "{mode: automatic, set_point: 5}";
 
 TEST_CASE("a live step test measures the valve and restores output, mode and set point",
           "[live_bench]") {
-  DaemonProcess daemon(daemon_yaml(25.0),
+  // A late command costs more of the loop's time at a higher speed: a hold is 2 s here.
+  DaemonProcess daemon(daemon_yaml(5.0),
                        {{"healthy.yaml", model_file(false)},
                         {"loops.d/1.yaml", patient_loop("FIC-101", "../healthy.yaml", kAutomatic)},
                         {"loops.d/2.yaml", patient_loop("FIC-102", "../healthy.yaml",

@@ -106,10 +106,12 @@ const orders = {
     for (const session of Object.values(server.engine._sessions)) server.engine.closeSession(session.authenticationToken, true, "Terminated");
   },
 };
-console.log("ready");
+// The library's warnings. Standard output has only the answers.
+console.log = console.error;
+process.stdout.write("ready\n");
 for await (const line of readline.createInterface({ input: process.stdin })) {
   const [order, ...words] = line.split(" ");
-  console.log(JSON.stringify(orders[order](...words) ?? null));
+  process.stdout.write(`${JSON.stringify(orders[order](...words) ?? null)}\n`);
 }
 // Closes without goodbyes, so that the port is free at the next start.
 process.exit();
