@@ -56,7 +56,7 @@ TEST_CASE("the sync writes the rows of all loops", "[recorder]") {
   Bench bench(std::chrono::milliseconds(0));
   bench.push(0, 10);
   bench.push(1, 20);
-  // Before this a file may still be without its header.
+  // A file that is read earlier may have no header yet.
   REQUIRE(eventually([&] {
     return bench.recorder.status(0).segments.rows == 10 &&
            bench.recorder.status(1).segments.rows == 20;

@@ -106,7 +106,7 @@ const orders = {
     for (const session of Object.values(server.engine._sessions)) server.engine.closeSession(session.authenticationToken, true, "Terminated");
   },
 };
-// The library's warnings. Standard output has only the answers.
+// The library prints warnings by console.log, but standard output is only for answers.
 console.log = console.error;
 process.stdout.write("ready\n");
 for await (const line of readline.createInterface({ input: process.stdin })) {
